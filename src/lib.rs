@@ -1,0 +1,34 @@
+//! squeakscope watches friction squeak: how a ball joint goes from silence to a
+//! pure tone, to a torus, to chaos, as the load on it tilts.
+//!
+//! One road leads through the crate:
+//!
+//! ```text
+//! scene -> joint -> dynamics -> frame -> analysis -> record
+//!           |
+//!          fem
+//! ```
+//!
+//! * [`fem`]: meridian finite elements of a solid of revolution; knows no joint.
+//! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8).
+//! * [`dynamics`]: integrators; knows no joint.
+//! * [`analysis`]: slices of samples in, values out.
+//! * [`scene`]: what to run, parsed and validated once.
+//! * [`pipeline`]: the threads and what travels between them.
+//! * `record` (feature `record`): the only room that knows Rerun.
+//! * `cli` (feature `cli`): the command line.
+
+pub mod analysis;
+pub mod dynamics;
+pub mod fem;
+pub mod joint;
+pub mod pipeline;
+pub mod scene;
+
+#[cfg(feature = "cli")]
+pub mod cli;
+#[cfg(feature = "record")]
+pub mod record;
+
+/// The version of this crate, as written into every recording and result.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,0 +1,317 @@
+//! What travels on the road: frames from the simulation, records to a sink.
+
+use std::sync::Arc;
+
+use crate::dynamics::Tally;
+
+/// The state of one contact node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum NodeState {
+    /// In contact, slip speed within the creep region of the friction curve.
+    Stick,
+    /// In contact and sliding.
+    Slip,
+    /// Lifted off: the normal force is zero.
+    Separated,
+}
+
+/// Where the contact nodes are; shared by all frames of one tilt.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PatchGeometry {
+    /// Positions of the nodes from the ball's centre, m.
+    pub positions: Vec<[f64; 3]>,
+    /// Outward unit normals of the ball at the nodes.
+    pub normals: Vec<[f64; 3]>,
+    /// Area of each node, m^2.
+    pub areas: Vec<f64>,
+    /// Pre-stress of each node, Pa.
+    pub pre_stress: Vec<f64>,
+    /// Unit vector from the ball's centre to the centre of the patch (against the load).
+    pub direction: [f64; 3],
+    /// Radius of the patch, m.
+    pub radius: f64,
+}
+
+/// The contact nodes at one instant; vectors run over the nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PatchSnapshot {
+    /// Simulated time, s.
+    pub time: f64,
+    /// State of each node.
+    pub states: Vec<NodeState>,
+    /// Normal force on each node, N (stress times area, never negative).
+    pub normal_force: Vec<f64>,
+    /// Friction force on the ball at each node, N.
+    pub friction: Vec<[f64; 3]>,
+}
+
+impl PatchSnapshot {
+    /// How many nodes are in a state.
+    pub fn count(&self, state: NodeState) -> usize {
+        self.states.iter().filter(|&&s| s == state).count()
+    }
+}
+
+/// Energies at one instant, J, as differences from the steady-sliding equilibrium.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnergySample {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Vibration energy of each mode, `(q'^2 + omega^2 q^2) / 2`.
+    pub modal: Vec<f64>,
+    /// All that is stored (modes, contact springs, pre-load), J.
+    pub total: f64,
+    /// Work of friction on the vibration since the start, J.
+    pub friction_work: f64,
+    /// What the audit misses: total now - total at the start - work of friction - work of a
+    /// changing tilt, J.
+    pub residual: f64,
+}
+
+/// A batch of uniform samples with what belongs to the same stretch of time. Owned data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Number of the frame, from 0.
+    pub index: u64,
+    /// Time of the first sample, s.
+    pub t0: f64,
+    /// Sample spacing, s.
+    pub dt: f64,
+    /// Number of modes `m`.
+    pub modes: usize,
+    /// Modal coordinates in the perturbation from equilibrium, `samples x m`, row-major, sqrt(kg) m.
+    pub q: Vec<f64>,
+    /// Modal velocities, `samples x m`, row-major, sqrt(kg) m/s.
+    pub qdot: Vec<f64>,
+    /// Displacement of the central contact point in the sliding direction, Eq. (24), m.
+    pub displacement: Vec<f64>,
+    /// Velocity of the same point in the same direction, m/s.
+    pub velocity: Vec<f64>,
+    /// Tilt of the load during this frame, rad.
+    pub tilt: f64,
+    /// Contact nodes of this frame.
+    pub geometry: Arc<PatchGeometry>,
+    /// Snapshots of the contact nodes, in time order, at the scene's patch rate.
+    pub patch: Vec<PatchSnapshot>,
+    /// Energies, in time order.
+    pub energy: Vec<EnergySample>,
+    /// Contact transitions (a node opening or closing between samples) in this frame.
+    pub transitions: u64,
+    /// Work of the integrator since the start.
+    pub tally: Tally,
+    /// Wall time the simulation thread has spent integrating since the start, s.
+    pub busy_seconds: f64,
+}
+
+impl Frame {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.displacement.len()
+    }
+
+    /// Whether the frame holds no sample.
+    pub fn is_empty(&self) -> bool {
+        self.displacement.is_empty()
+    }
+
+    /// Time of sample `k`, s.
+    pub fn time(&self, k: usize) -> f64 {
+        self.t0 + k as f64 * self.dt
+    }
+
+    /// Time just past the last sample, s: where the next frame starts.
+    pub fn end(&self) -> f64 {
+        self.time(self.len())
+    }
+}
+
+/// One mode, for labels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModeInfo {
+    /// Short name, such as `2nd bending x`.
+    pub label: String,
+    /// Natural frequency used, Hz.
+    pub frequency_hz: f64,
+}
+
+/// The body's surface as a triangle mesh whose vertices carry the mode shapes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outline {
+    /// Vertices at rest, from the ball's centre, m.
+    pub vertices: Vec<[f64; 3]>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Mode shapes, `vertices x modes`, row-major, 1/sqrt(kg).
+    pub shapes: Vec<[f64; 3]>,
+}
+
+/// What is known before the first frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// Name of the scene.
+    pub scene: String,
+    /// One line that says what the scene shows.
+    pub title: String,
+    /// A few sentences (Markdown): what to look for.
+    pub about: String,
+    /// The whole scene file's text.
+    pub scene_text: String,
+    /// How the program was started.
+    pub command: String,
+    /// The modes, in the order of the modal coordinates.
+    pub modes: Vec<ModeInfo>,
+    /// Samples a second, Hz.
+    pub sample_rate: f64,
+    /// Simulated time planned, s.
+    pub duration: f64,
+    /// The largest tilt that the scene plans to reach, rad.
+    pub max_tilt: f64,
+    /// The body's surface.
+    pub outline: Outline,
+    /// Rotation of the ball, rad/s.
+    pub rotation: [f64; 3],
+    /// Load, N.
+    pub load: f64,
+    /// Radius of the ball, m.
+    pub ball_radius: f64,
+    /// Slip speed at the central contact point in steady sliding, m/s.
+    pub sliding_speed: f64,
+}
+
+/// A line of a spectrum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peak {
+    /// Frequency refined below a bin, Hz.
+    pub frequency: f64,
+    /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
+    pub amplitude: f64,
+    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty where nothing fits.
+    pub label: String,
+}
+
+/// What a stage of analysis says to the sink.
+#[derive(Clone, Debug)]
+pub enum Record {
+    /// First of all, once.
+    Header(Arc<Header>),
+    /// The samples themselves, every frame, in order.
+    Samples(Arc<Frame>),
+    /// One-sided amplitude spectrum of the velocity over a sliding window.
+    Spectrum {
+        /// End of the window, s.
+        time: f64,
+        /// Spacing of the bins, Hz; the first bin is 0 Hz.
+        bin: f64,
+        /// Amplitudes, m/s.
+        amplitude: Vec<f64>,
+        /// The strongest lines, strongest first.
+        peaks: Vec<Peak>,
+    },
+    /// One column of the spectrogram.
+    SpectrogramColumn {
+        /// Centre of the window, s.
+        time: f64,
+        /// Spacing of the bins, Hz; the first bin is 0 Hz.
+        bin: f64,
+        /// Level of each bin, dB relative to 1 mm/s amplitude.
+        level_db: Vec<f32>,
+    },
+    /// Recurrence plot, Eq. (26), of the delay vectors, Eq. (25), in a sliding window.
+    Recurrence {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Points along a side.
+        size: usize,
+        /// Row-major pixels: the distance between the two states, 0 (same) to 255 (the largest
+        /// of the window). `pixels[i * size + j]`, oldest first.
+        distance: Vec<u8>,
+        /// Row-major pixels: 255 recurrent, 0 not.
+        recurrent: Vec<u8>,
+        /// Threshold distance used, m.
+        threshold: f64,
+        /// Recurrence rate reached, 0 to 1.
+        rate: f64,
+        /// Delay, s.
+        lag: f64,
+        /// Embedding dimension.
+        dimension: usize,
+    },
+    /// Trail of delay vectors in three dimensions, (u(t), u(t - lag), u(t - 2 lag)), m.
+    Embedding {
+        /// Time of the newest point, s.
+        time: f64,
+        /// Points, oldest first.
+        points: Vec<[f32; 3]>,
+    },
+    /// How the run is doing.
+    Health(Health),
+    /// A few words (Markdown) on what is being seen now.
+    Narration {
+        /// Simulated time, s.
+        time: f64,
+        /// The words.
+        text: String,
+    },
+    /// Something the user should know.
+    Warning {
+        /// Simulated time, s.
+        time: f64,
+        /// The words.
+        text: String,
+    },
+    /// Last of all, once, when the run ended well or was interrupted.
+    Summary(Arc<Summary>),
+}
+
+/// How the run is doing, over the last frame or frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Simulated seconds a second of the simulation thread.
+    pub real_time_factor: f64,
+    /// Accepted steps per simulated millisecond.
+    pub steps_per_ms: f64,
+    /// Rejected steps per simulated millisecond.
+    pub rejections_per_ms: f64,
+    /// Right-hand-side calls per simulated millisecond.
+    pub calls_per_ms: f64,
+    /// Contact transitions per simulated millisecond.
+    pub events_per_ms: f64,
+    /// Frames waiting between simulation and analysis.
+    pub frames_waiting: usize,
+    /// Records waiting between analysis and recorder.
+    pub records_waiting: usize,
+    /// Pictures replaced by later ones so far (only when viewing without saving).
+    pub drops: u64,
+    /// Energy audit: largest residual of the last frame relative to the energy turned over.
+    pub audit: f64,
+}
+
+/// What the run came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Simulated time, s.
+    pub simulated: f64,
+    /// Wall time of the whole run, s.
+    pub wall: f64,
+    /// Simulated seconds a second of the simulation thread.
+    pub real_time_factor: f64,
+    /// Lines of the last window's spectrum, strongest first.
+    pub peaks: Vec<Peak>,
+    /// Half the peak-to-peak displacement over the last window, m.
+    pub amplitude: f64,
+    /// Largest speed of the probe over the last window, m/s.
+    pub peak_velocity: f64,
+    /// Work of the integrator.
+    pub tally: Tally,
+    /// Contact transitions.
+    pub transitions: u64,
+    /// Relative residual of the energy audit at the end.
+    pub audit: f64,
+    /// Whether the run was interrupted before its planned end.
+    pub interrupted: bool,
+}

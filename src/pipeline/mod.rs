@@ -1,0 +1,6 @@
+//! The road from simulation to record, and the only threads.
+
+pub mod message;
+mod sink;
+
+pub use sink::{Sink, SinkError};

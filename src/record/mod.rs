@@ -1,0 +1,1 @@
+//! Rerun recordings: the only room that names an entity path.
