@@ -1,7 +1,31 @@
 //! The physics of the ball joint, Eq. (1) to (8).
 
+mod contact;
+mod energy;
+mod equilibrium;
+mod friction;
+mod hertz;
+mod jacobian;
+mod lanes;
+mod model;
+mod nodes;
+mod patch;
 mod spec;
+mod stability;
+mod system;
+mod traction;
+mod vector;
 
+pub use contact::NodeAction;
+pub use energy::{Energy, Power};
+pub use equilibrium::Equilibrium;
+pub use friction::{FrictionLaw, Ratio, Stribeck};
+pub use hertz::Hertz;
+pub use lanes::LANES;
+pub use model::Model;
+pub use patch::{PatchPoint, patch_direction, patch_points};
 pub use spec::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
+pub use stability::{LinearMode, StabilityError};
+pub use system::Joint;

@@ -1,0 +1,80 @@
+//! Eq. (1), (2) at each node: gaps, stresses, forces and states, for pictures, audits and the
+//! Jacobian. One node at a time; the hot loop has its own form in `traction`.
+
+use super::Joint;
+use super::lanes::LANES;
+use super::vector::{add_scaled, scale};
+use crate::dynamics::System;
+
+/// What one contact node does at an instant, in its own frame `(e_s, e_t, e_r)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeAction {
+    /// Signed gap function `s = p_n + k_c u_r`, Pa; open where negative.
+    pub gap: f64,
+    /// Normal force `N Delta A`, N.
+    pub normal: f64,
+    /// Slip velocity, Eq. (4), m/s.
+    pub slip: [f64; 3],
+    /// Magnitude of the slip velocity that friction sees, m/s.
+    pub speed: f64,
+    /// Friction force, Eq. (3), N.
+    pub friction: [f64; 3],
+}
+
+impl Joint {
+    /// The action of node `k` at modal coordinates `q` and velocities `v`.
+    pub fn node_action(&self, k: usize, q: &[f64], v: &[f64]) -> NodeAction {
+        let (block, lane) = (k / LANES, k % LANES);
+        let m = self.omega().len();
+        let rows = &self.nodes.rows[block * m..][..m];
+        let block = &self.nodes.blocks[block];
+        let mut u_r = 0.0;
+        let mut slip = [block.speed.0[lane], 0.0, 0.0];
+        for (row, (&q, &v)) in rows.iter().zip(q.iter().zip(v)) {
+            u_r += row.r.0[lane] * q;
+            slip = add_scaled(slip, v, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
+        }
+        let gap = block.pre_stress.0[lane] + block.stiffness.0[lane] * u_r;
+        let stress = if self.unilateral { gap.max(0.0) } else { gap };
+        let normal = stress * block.area.0[lane];
+        let seen = if self.law.radial() {
+            slip
+        } else {
+            [slip[0], slip[1], 0.0]
+        };
+        let speed = super::vector::norm(seen);
+        let friction = match self.law.law() {
+            None => [0.0; 3],
+            Some(law) => scale(seen, -normal * law.ratio(speed).value),
+        };
+        NodeAction {
+            gap,
+            normal,
+            slip,
+            speed,
+            friction,
+        }
+    }
+
+    /// The sliding frame `[e_s, e_t, e_r]` of node `k`, Cartesian unit vectors.
+    pub fn node_frame(&self, k: usize) -> [[f64; 3]; 3] {
+        self.nodes.frames[k]
+    }
+
+    /// Slip speed below which a node counts as sticking, m/s; zero without friction.
+    pub fn stick_speed(&self) -> f64 {
+        self.law.law().map_or(0.0, |law| law.stick_speed())
+    }
+
+    /// The signed gaps `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, into
+    /// `gaps` (one a node). A node opens where its gap falls through zero; Eq. (18) without the
+    /// clamp, which would hide the crossing.
+    pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
+        for (nodes, (block, rows)) in gaps.chunks_mut(LANES).zip(self.nodes.iter()) {
+            for (lane, gap) in nodes.iter_mut().enumerate() {
+                let u_r: f64 = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum();
+                *gap = block.pre_stress.0[lane] + block.stiffness.0[lane] * u_r;
+            }
+        }
+    }
+}

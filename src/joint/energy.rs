@@ -1,0 +1,90 @@
+//! Energies of the perturbation from steady sliding, for the audit
+//! `(energy now) - (energy then) = (work in between)`.
+
+use super::Joint;
+use super::lanes::LANES;
+use crate::dynamics::System;
+
+/// Energies at one instant, J. All are zero at the equilibrium and never negative.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// `(q'^2 + omega^2 q^2) / 2` of each mode.
+    pub modal: Vec<f64>,
+    /// What the contact springs hold beyond their pre-load.
+    pub contact: f64,
+}
+
+impl Energy {
+    /// Everything that is stored, J.
+    pub fn total(&self) -> f64 {
+        self.modal.iter().sum::<f64>() + self.contact
+    }
+}
+
+/// Rates of work at one instant, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Power {
+    /// Friction's deviation from steady sliding, on the vibration. (The steady part is a constant
+    /// force: it is contained in the equilibrium about which the energy is counted.)
+    pub friction: f64,
+    /// The contact springs on the modes: what leaves [`Energy::contact`].
+    pub contact: f64,
+    /// Modal damping; never positive.
+    pub damping: f64,
+}
+
+impl Joint {
+    /// The energies at state `z`, of which the audit's work is not read.
+    ///
+    /// The potential of a node is `A k_c u_r^2 / 2` while it is closed; once open its stress stays
+    /// zero, and the potential goes on along the straight line `-p_n (u_r + p_n / 2 k_c)`.
+    pub fn energy(&self, z: &[f64]) -> Energy {
+        let m = self.omega().len();
+        let (q, v) = (&z[..m], &z[m..2 * m]);
+        let modal = (0..m)
+            .map(|i| 0.5 * (v[i] * v[i] + (self.omega()[i] * q[i]).powi(2)))
+            .collect();
+        let mut contact = 0.0;
+        for (block, rows) in self.nodes.iter() {
+            for lane in 0..LANES {
+                let u_r: f64 = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum();
+                let (p, k) = (block.pre_stress.0[lane], block.stiffness.0[lane]);
+                let stored = if self.unilateral && p + k * u_r < 0.0 {
+                    -p * (u_r + 0.5 * p / k)
+                } else {
+                    0.5 * k * u_r * u_r
+                };
+                contact += block.area.0[lane] * stored;
+            }
+        }
+        Energy { modal, contact }
+    }
+
+    /// The rates of work at state `z`.
+    pub fn power(&self, z: &[f64]) -> Power {
+        let m = self.omega().len();
+        let (q, v) = (&z[..m], &z[m..2 * m]);
+        let mut force = vec![0.0; m];
+        let friction = self.traction(q, v, &mut force).power;
+        let contact = (0..self.nodes.count)
+            .map(|k| {
+                let action = self.node_action(k, q, v);
+                let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
+                let steady = block.pre_stress.0[lane] * block.area.0[lane];
+                -(action.normal - steady) * action.slip[2]
+            })
+            .sum();
+        let damping = self
+            .damping()
+            .iter()
+            .zip(self.omega())
+            .zip(v)
+            .map(|((zeta, omega), v)| -2.0 * zeta * omega * v * v)
+            .sum();
+        Power {
+            friction,
+            contact,
+            damping,
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Steady sliding: where the body rests while the ball turns.
+
+use super::Joint;
+use crate::dynamics::System;
+
+/// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` its right side is
+/// constant, and `q_eq = force / omega^2`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Equilibrium {
+    /// Generalised force of contact and friction, `m`.
+    pub force: Vec<f64>,
+    /// Modal coordinates, `m`, sqrt(kg) m.
+    pub q: Vec<f64>,
+}
+
+impl Equilibrium {
+    /// Finds the equilibrium and leaves in the nodes their steady friction.
+    pub(crate) fn of(joint: &mut Joint) -> Self {
+        let omega = joint.omega().to_vec();
+        let rest = vec![0.0; omega.len()];
+        let mut force = rest.clone();
+        // The very pass of the hot loop: what is subtracted there later is equal to the last bit.
+        joint.traction(&rest, &rest, &mut force);
+        for block in &mut joint.nodes.blocks {
+            if let Some(law) = joint.law.law() {
+                let ratio = block.speed.map(|speed| law.ratio(speed).value);
+                block.steady_friction = -(block.area * block.pre_stress * ratio * block.speed);
+            }
+        }
+        let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
+        Self { force, q }
+    }
+}

@@ -1,0 +1,190 @@
+//! Eq. (3) and (5): the friction force against the slip velocity, and its coefficient.
+//!
+//! The force on a node is `-mu(V) N V_vec / V`. It is written with the *ratio* `mu(V) / V`, which
+//! stays finite as the slip speed `V` goes to zero (for Eq. (5) it tends to `creep mu_s`), so that
+//! no direction is ever taken of a vanishing vector. Value and slope come from one call: the
+//! Jacobian cannot drift from the force.
+
+use std::fmt::Debug;
+
+use super::lanes::{LANES, Lanes, Reals};
+
+/// A coefficient of friction divided by the slip speed, and how that changes with the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// `mu(V) / V`, s/m.
+    pub value: f64,
+    /// `d(mu(V) / V)/dV`, s^2/m^2.
+    pub slope: f64,
+}
+
+/// A law of friction: the coefficient as a smooth function of the slip speed.
+///
+/// Implement it for one's own law and give it to [`super::Joint::with_friction`]. The law must be
+/// odd-smooth at zero: `mu(0) = 0` with a finite slope (regularised), as Eq. (5) is.
+pub trait FrictionLaw: Debug + Send + Sync {
+    /// Ratio `mu(V) / V` and its slope at slip speed `speed` (m/s, not negative).
+    fn ratio(&self, speed: f64) -> Ratio;
+
+    /// Values of the ratio for a block of speeds; for laws that can do better than one by one.
+    fn ratios(&self, speeds: &[f64; LANES]) -> [f64; LANES] {
+        speeds.map(|speed| self.ratio(speed).value)
+    }
+
+    /// Slip speed below which a node counts as sticking (it creeps), m/s.
+    fn stick_speed(&self) -> f64;
+}
+
+/// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`, the smoothing
+/// curve method.
+///
+/// Symbols of the paper: `creep` is `d`, `stribeck` is `f` (as printed in Fig. 3, `d = 10` and
+/// `f = 1000` give a curve that never falls at the paper's slip speed; exchanged they squeal).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stribeck {
+    /// Static coefficient `mu_s`.
+    pub mu_s: f64,
+    /// Kinetic coefficient `mu_d`.
+    pub mu_d: f64,
+    /// Slope factor of the creep region, s/m, positive.
+    pub creep: f64,
+    /// Slope factor of the sliding region, s/m, not negative.
+    pub stribeck: f64,
+}
+
+impl Stribeck {
+    /// The coefficient of friction `mu(V)`.
+    pub fn coefficient(&self, speed: f64) -> f64 {
+        -(-self.creep * speed).exp_m1() * self.sliding(speed)
+    }
+
+    /// `dmu/dV`, s/m.
+    pub fn slope(&self, speed: f64) -> f64 {
+        self.creep * (-self.creep * speed).exp() * self.sliding(speed)
+            - (-self.creep * speed).exp_m1() * self.sliding_slope(speed)
+    }
+
+    /// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`.
+    fn sliding(&self, speed: f64) -> f64 {
+        self.mu_d + (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
+    }
+
+    fn sliding_slope(&self, speed: f64) -> f64 {
+        -self.stribeck * (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
+    }
+
+    /// The ratio for a block of speeds, inlined into the hot loop.
+    #[inline(always)]
+    pub(crate) fn ratio_lanes<R: Reals>(&self, speed: Lanes) -> Lanes {
+        let creep = R::neg_exp_m1(speed * Lanes::splat(self.creep));
+        let slide = R::neg_exp(speed * Lanes::splat(self.stribeck));
+        let sliding = R::mul_add(
+            slide,
+            Lanes::splat(self.mu_s - self.mu_d),
+            Lanes::splat(self.mu_d),
+        );
+        creep * sliding / speed
+    }
+}
+
+impl FrictionLaw for Stribeck {
+    fn ratio(&self, speed: f64) -> Ratio {
+        let x = self.creep * speed;
+        let (share, share_slope) = creep_share(x);
+        // mu / V = creep * (1 - exp(-x))/x * sliding
+        Ratio {
+            value: self.creep * share * self.sliding(speed),
+            slope: self.creep
+                * (self.creep * share_slope * self.sliding(speed)
+                    + share * self.sliding_slope(speed)),
+        }
+    }
+
+    fn stick_speed(&self) -> f64 {
+        1.0 / self.creep
+    }
+}
+
+/// `(1 - exp(-x)) / x` and its derivative for `x >= 0`, without cancellation.
+fn creep_share(x: f64) -> (f64, f64) {
+    if x >= 0.5 {
+        let value = -(-x).exp_m1() / x;
+        return (value, ((-x).exp() - value) / x);
+    }
+    // sum over k of (-x)^k / (k+1)!, and its derivative; 16 terms reach full precision here.
+    let (mut value, mut slope) = (1.0, 0.0);
+    let mut term = 0.5; // (-x)^(k-1) / (k+1)!
+    for k in 1..=16 {
+        value -= x * term;
+        slope -= f64::from(k) * term;
+        term *= -x / f64::from(k + 2);
+    }
+    (value, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::{Fused, Plain};
+    use super::*;
+
+    const PAPER: Stribeck = Stribeck {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        creep: 1000.0,
+        stribeck: 10.0,
+    };
+    const PRINTED: Stribeck = Stribeck {
+        creep: 10.0,
+        stribeck: 1000.0,
+        ..PAPER
+    };
+
+    /// Both readings of Fig. 3 at the paper's slip speed.
+    #[test]
+    fn both_readings_at_the_paper_speed() {
+        assert!((PAPER.coefficient(15.9e-3) - 0.506).abs() < 5e-4);
+        assert!((PAPER.slope(15.9e-3) + 2.56).abs() < 5e-3);
+        assert!((PRINTED.coefficient(15.9e-3) - 0.037).abs() < 5e-4);
+        assert!(PRINTED.slope(15.9e-3) > 0.0);
+    }
+
+    /// The ratio is the coefficient over the speed, its slope the derivative, from rest to fast.
+    #[test]
+    fn ratio_and_slope_agree_with_the_coefficient() {
+        for law in [PAPER, PRINTED] {
+            for speed in [1e-9, 1e-6, 1e-4, 4.9e-4, 5.1e-4, 3e-3, 0.0159, 0.3, 2.0] {
+                let ratio = law.ratio(speed);
+                assert!((ratio.value * speed / law.coefficient(speed) - 1.0).abs() < 1e-14);
+                let exact = (law.slope(speed) - ratio.value) / speed;
+                // The closed form cancels at low speeds; its own rounding is all that may differ.
+                let rounding = 4e-16 * ratio.value / speed;
+                assert!(
+                    (ratio.slope - exact).abs() <= 1e-12 * exact.abs() + rounding,
+                    "{speed}"
+                );
+            }
+            assert_eq!(law.ratio(0.0).value, law.creep * law.mu_s);
+            let tiny = law.ratio(1e-300);
+            assert!((tiny.value / (law.creep * law.mu_s) - 1.0).abs() < 1e-15);
+        }
+    }
+
+    /// The block form of the hot loop equals the scalar one to a few units in the last place.
+    #[test]
+    fn lanes_agree_with_scalars() {
+        for law in [PAPER, PRINTED] {
+            let mut speed = 1e-140;
+            while speed < 50.0 {
+                let speeds: [f64; LANES] = std::array::from_fn(|l| speed * (1.0 + 0.37 * l as f64));
+                let fused = law.ratio_lanes::<Fused>(Lanes(speeds));
+                let plain = law.ratio_lanes::<Plain>(Lanes(speeds));
+                for l in 0..LANES {
+                    let exact = law.ratio(speeds[l]).value;
+                    assert!((fused.0[l] / exact - 1.0).abs() < 3e-15, "{}", speeds[l]);
+                    assert!((plain.0[l] / exact - 1.0).abs() < 3e-15, "{}", speeds[l]);
+                }
+                speed *= 1.9;
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Hertz contact of the ball in its socket: the size of the patch and its pre-stress (Fig. 1b).
+
+use super::Socket;
+use crate::fem::Material;
+
+/// Hertz contact of a ball in a spherical socket.
+///
+/// `1/R_eff = 1/R_ball - 1/R_socket`, `a = (3 F R_eff / 4 E*)^(1/3)`,
+/// `p(s) = p0 sqrt(1 - s^2/a^2)`; Johnson, Contact Mechanics, 1985, chapter 4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hertz {
+    /// Effective modulus `E*`, Pa.
+    pub modulus: f64,
+    /// Effective radius, m.
+    pub effective_radius: f64,
+    /// Radius of the contact patch, m.
+    pub radius: f64,
+    /// Largest pressure, Pa.
+    pub peak_pressure: f64,
+    /// Approach of the two bodies, m.
+    pub approach: f64,
+}
+
+impl Hertz {
+    /// Contact of a ball of diameter `ball_diameter` (m) and material `ball` in `socket` under
+    /// `load` (N). The socket must be larger than the ball, the load positive.
+    pub fn new(ball_diameter: f64, ball: &Material, socket: &Socket, load: f64) -> Self {
+        let compliance = (1.0 - ball.poisson.powi(2)) / ball.young
+            + (1.0 - socket.poisson.powi(2)) / socket.young;
+        let modulus = 1.0 / compliance;
+        let effective_radius = 0.5 / (1.0 / ball_diameter - 1.0 / socket.diameter);
+        let radius = (0.75 * load * effective_radius / modulus).cbrt();
+        Self {
+            modulus,
+            effective_radius,
+            radius,
+            peak_pressure: 1.5 * load / (std::f64::consts::PI * radius * radius),
+            approach: radius * radius / effective_radius,
+        }
+    }
+
+    /// Stiffness of the whole contact against approach, `dF/d(approach) = 2 E* a`, N/m.
+    pub fn stiffness(&self) -> f64 {
+        2.0 * self.modulus * self.radius
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The checked numbers of the project's physics notes, to five digits.
+    #[test]
+    fn paper_values() {
+        let steel = Material {
+            young: 207e9,
+            poisson: 0.30,
+            density: 7800.0,
+        };
+        let socket = Socket {
+            diameter: 31.95e-3,
+            young: 70e9,
+            poisson: 0.33,
+        };
+        let hertz = Hertz::new(31.75e-3, &steel, &socket, 150.0);
+        let close = |got: f64, want: f64| assert!((got / want - 1.0).abs() < 5e-6, "{got} {want}");
+        close(hertz.radius, 1.69690e-3);
+        close(hertz.peak_pressure, 24.8726e6);
+        close(hertz.approach, 1.13542e-6);
+        close(hertz.stiffness(), 1.98165e8);
+        let per_area = hertz.stiffness() / (std::f64::consts::PI * hertz.radius.powi(2));
+        close(per_area, 2.19061e13);
+        let half_angle = (hertz.radius / (0.5 * 31.75e-3)).asin().to_degrees();
+        close(half_angle, 6.1361);
+    }
+
+    /// The pressure integrates to the load, and stiffness is the slope of load over approach.
+    #[test]
+    fn consistent() {
+        let steel = Material {
+            young: 207e9,
+            poisson: 0.30,
+            density: 7800.0,
+        };
+        let socket = Socket {
+            diameter: 31.95e-3,
+            young: 70e9,
+            poisson: 0.33,
+        };
+        let at = |load| Hertz::new(31.75e-3, &steel, &socket, load);
+        let hertz = at(150.0);
+        let volume = 2.0 / 3.0 * std::f64::consts::PI * hertz.radius.powi(2) * hertz.peak_pressure;
+        assert!((volume / 150.0 - 1.0).abs() < 1e-14);
+        let slope = 2e-3 / (at(150.001).approach - at(149.999).approach);
+        assert!((slope / hertz.stiffness() - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,106 @@
+//! The contact nodes as the hot loops want them: blocks of eight, each node in its own sliding
+//! frame.
+//!
+//! The frame of a node is `(e_s, e_t, e_r)`: along the steady sliding velocity, across it, and
+//! outwards. Eq. (4) then reads `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
+
+use super::Model;
+use super::lanes::{LANES, Lanes};
+use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
+
+/// Rows of one mode at the nodes of a block, along `e_s`, `e_t`, `e_r`, 1/sqrt(kg).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rows {
+    pub s: Lanes,
+    pub t: Lanes,
+    pub r: Lanes,
+}
+
+/// Eight nodes; those past the end of the model have no area and full pre-stress, so that they do
+/// nothing and never divide by zero.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    /// Steady sliding speed `V_0 = |Omega x x|`, m/s.
+    pub speed: Lanes,
+    /// Pre-stress `p_n`, Pa.
+    pub pre_stress: Lanes,
+    /// Contact stiffness per area `k_c`, N/m^3.
+    pub stiffness: Lanes,
+    /// Area `Delta A`, m^2.
+    pub area: Lanes,
+    /// Friction force along `e_s` in steady sliding, N.
+    pub steady_friction: Lanes,
+}
+
+/// All contact nodes of a model.
+#[derive(Clone, Debug)]
+pub(crate) struct Nodes {
+    /// Number of nodes, without the padding.
+    pub count: usize,
+    /// Number of modes.
+    pub modes: usize,
+    pub blocks: Vec<Block>,
+    /// `blocks x modes`, row-major.
+    pub rows: Vec<Rows>,
+    /// Sliding frames `[e_s, e_t, e_r]`, one a node.
+    pub frames: Vec<[[f64; 3]; 3]>,
+}
+
+impl Nodes {
+    pub fn new(model: &Model) -> Self {
+        let (count, modes) = (model.nodes(), model.modes());
+        let frames: Vec<_> = (0..count)
+            .map(|k| sliding_frame(model.normals[k], model.sliding_velocity[k]))
+            .collect();
+        let mut blocks = Vec::new();
+        let mut rows = Vec::new();
+        for first in (0..count).step_by(LANES) {
+            let gather = |value: &dyn Fn(usize) -> f64, padding: f64| {
+                Lanes(std::array::from_fn(|l| {
+                    if first + l < count {
+                        value(first + l)
+                    } else {
+                        padding
+                    }
+                }))
+            };
+            blocks.push(Block {
+                speed: gather(&|k| norm(model.sliding_velocity[k]), 1.0),
+                pre_stress: gather(&|k| model.pre_stress[k], 1.0),
+                stiffness: gather(&|k| model.stiffness[k], 0.0),
+                area: gather(&|k| model.areas[k], 0.0),
+                steady_friction: Lanes::ZERO,
+            });
+            for i in 0..modes {
+                let along =
+                    |axis: usize| gather(&|k| dot(model.shapes_at(k)[i], frames[k][axis]), 0.0);
+                rows.push(Rows {
+                    s: along(0),
+                    t: along(1),
+                    r: along(2),
+                });
+            }
+        }
+        Self {
+            count,
+            modes,
+            blocks,
+            rows,
+            frames,
+        }
+    }
+
+    /// Each block with the rows of its modes.
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (&Block, &[Rows])> {
+        self.blocks.iter().zip(self.rows.chunks_exact(self.modes))
+    }
+}
+
+/// `[e_s, e_t, e_r]` at a node: `e_s` along the sliding velocity made tangent (it is tangent by
+/// itself for a rotation), any tangent where nothing slides.
+fn sliding_frame(normal: [f64; 3], velocity: [f64; 3]) -> [[f64; 3]; 3] {
+    let tangent = add_scaled(velocity, -dot(velocity, normal), normal);
+    let along = unit(tangent).unwrap_or_else(|| any_normal(normal));
+    [along, cross(normal, along), normal]
+}

@@ -1,0 +1,302 @@
+//! The contact patch: quadrature points on the spherical cap round the load direction, each with
+//! an area and its share of the pre-stress.
+//!
+//! In polar coordinates of the patch, `s` from its centre and `psi` round it, the Hertz pressure is
+//! `p0 sqrt(1 - s^2/a^2)`. With `x = s^2/a^2` the load is `F = integral of (3/2) F sqrt(1 - x) dx`
+//! over `[0, 1]`, and equal steps in `x` are equal areas.
+
+use super::Quadrature;
+use super::vector::{add_scaled, cross, scale};
+
+/// One point of the quadrature, in the patch's own coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchPoint {
+    /// Distance from the patch's axis over the patch's radius, 0 to 1.
+    pub radius: f64,
+    /// Angle round the patch, rad.
+    pub angle: f64,
+    /// Area over the patch's area; the areas of all points sum to about 1.
+    pub area: f64,
+    /// Load over the whole load; the loads of all points sum to 1.
+    pub load: f64,
+}
+
+/// Points for `count >= 1` contact nodes.
+pub fn patch_points(quadrature: Quadrature, count: usize) -> Vec<PatchPoint> {
+    match quadrature {
+        Quadrature::Rings => ring_cells(count),
+        Quadrature::Gauss => gauss_rings(count),
+    }
+}
+
+/// Cells of equal area in rings; each carries the exact load of its cell, at the radius that
+/// halves the cell's area.
+fn ring_cells(count: usize) -> Vec<PatchPoint> {
+    let area = 1.0 / count as f64;
+    let load_inside = |x: f64| 1.0 - (1.0 - x).max(0.0).powf(1.5);
+    let mut points = Vec::with_capacity(count);
+    let mut inside = 0;
+    for (ring, cells) in ring_counts(count).into_iter().enumerate() {
+        let (inner, outer) = (inside as f64 * area, (inside + cells) as f64 * area);
+        let load = (load_inside(outer) - load_inside(inner)) / cells as f64;
+        // A single cell at the centre is a disc, not a sector: its point is its centre.
+        let radius = if cells == 1 {
+            0.0
+        } else {
+            (0.5 * (inner + outer)).sqrt()
+        };
+        for angle in ring_angles(ring, cells) {
+            points.push(PatchPoint {
+                radius,
+                angle,
+                area,
+                load,
+            });
+        }
+        inside += cells;
+    }
+    points
+}
+
+/// How many cells each ring gets, from the centre outwards: 1, 6, 12, ... scaled to the count,
+/// which keeps cells about as wide as they are high.
+fn ring_counts(count: usize) -> Vec<usize> {
+    // k full rings hold 1 + 3 k (k + 1) cells.
+    let rings = ((((12 * count - 3) as f64).sqrt() - 3.0) / 6.0).round() as usize;
+    if rings == 0 {
+        // Up to three cells: a single ring of sectors.
+        return vec![count];
+    }
+    let whole = (3 * rings * (rings + 1)) as f64;
+    let mut counts = vec![1];
+    let (mut share, mut given) = (0, 0);
+    for ring in 1..=rings {
+        share += 6 * ring;
+        // Rounding the running total spreads the remainder over the rings.
+        let upto = ((count - 1) as f64 * share as f64 / whole).round() as usize;
+        counts.push(upto - given);
+        given = upto;
+    }
+    counts
+}
+
+/// Angles of `n` points of a ring; successive rings are turned against each other by the golden
+/// angle so that no direction of the patch is favoured.
+fn ring_angles(ring: usize, n: usize) -> impl Iterator<Item = f64> {
+    const GOLDEN: f64 = 2.399_963_229_728_653;
+    let step = std::f64::consts::TAU / n as f64;
+    let offset = (ring as f64 * GOLDEN).rem_euclid(step);
+    (0..n).map(move |k| offset + step * k as f64)
+}
+
+/// Gauss points in `x` for the weight `sqrt(1 - x)`, equal angles round each ring. A node's area is
+/// its load over the pressure at its radius.
+fn gauss_rings(count: usize) -> Vec<PatchPoint> {
+    if count < 3 {
+        // Too few for a ring that sees every direction.
+        return ring_cells(count);
+    }
+    // About pi times as many points round as along keeps the spacing even; at least 3 round.
+    let rings =
+        ((count as f64 / std::f64::consts::TAU).sqrt().round() as usize).clamp(1, count / 3);
+    let rule = gauss_sqrt(rings);
+    let total: f64 = rule.iter().map(|g| g.x.sqrt()).sum();
+    let spare = count - 3 * rings;
+    let mut points = Vec::with_capacity(count);
+    let (mut share, mut given) = (0.0, 0);
+    for (ring, gauss) in rule.iter().enumerate() {
+        share += gauss.x.sqrt() / total;
+        let upto = if ring + 1 == rings {
+            spare
+        } else {
+            (spare as f64 * share).round() as usize
+        };
+        let n = 3 + upto - given;
+        given = upto;
+        let load = gauss.weight / n as f64;
+        // p/p_mean = (3/2) sqrt(1 - x), so area = load / that.
+        let area = load / (1.5 * (1.0 - gauss.x).sqrt());
+        for angle in ring_angles(ring, n) {
+            points.push(PatchPoint {
+                radius: gauss.x.sqrt(),
+                angle,
+                area,
+                load,
+            });
+        }
+    }
+    points
+}
+
+/// A point of the Gauss rule on `[0, 1]` for the weight `(3/2) sqrt(1 - x)`.
+struct GaussPoint {
+    x: f64,
+    weight: f64,
+}
+
+/// The `n`-point Gauss rule for the weight `(3/2) sqrt(1 - x)` on `[0, 1]`, by `x` ascending.
+///
+/// With `1 - x = y^2` the weight becomes `3 y^2 dy`: the rule is the positive half of the
+/// Gauss-Legendre rule of `2n + 1` points, whose middle point `y = 0` drops out.
+fn gauss_sqrt(n: usize) -> Vec<GaussPoint> {
+    let order = 2 * n + 1;
+    (0..n)
+        .map(|k| {
+            // Newton from Tricomi's estimate of the k-th largest root of the Legendre polynomial.
+            let guess = std::f64::consts::PI * (k as f64 + 0.75) / (order as f64 + 0.5);
+            let mut y = guess.cos();
+            let mut slope = 0.0;
+            for _ in 0..8 {
+                let legendre = legendre(order, y);
+                slope = legendre.slope;
+                y -= legendre.value / legendre.slope;
+            }
+            let weight = 2.0 / ((1.0 - y * y) * slope * slope);
+            GaussPoint {
+                x: 1.0 - y * y,
+                weight: 3.0 * y * y * weight,
+            }
+        })
+        .collect()
+}
+
+struct Legendre {
+    value: f64,
+    slope: f64,
+}
+
+fn legendre(order: usize, y: f64) -> Legendre {
+    let (mut before, mut value) = (1.0, y);
+    for k in 2..=order {
+        let k = k as f64;
+        (before, value) = (
+            value,
+            ((2.0 * k - 1.0) * y * value - (k - 1.0) * before) / k,
+        );
+    }
+    let n = order as f64;
+    Legendre {
+        value,
+        slope: n * (y * value - before) / (y * y - 1.0),
+    }
+}
+
+/// Unit vector from the ball's centre to the centre of the patch: the +z pole, away from the beam,
+/// tilted by `tilt` (rad) towards the azimuth (rad, from +x towards +y).
+pub fn patch_direction(tilt: f64, azimuth: f64) -> [f64; 3] {
+    [
+        tilt.sin() * azimuth.cos(),
+        tilt.sin() * azimuth.sin(),
+        tilt.cos(),
+    ]
+}
+
+/// Outward unit normal of the ball at a patch point, for a patch of radius `radius` (m) on a ball of
+/// radius `ball_radius` (m) round `direction`. A patch wider than the ball ends at its equator.
+pub fn normal_at(
+    point: &PatchPoint,
+    direction: [f64; 3],
+    azimuth: f64,
+    radius: f64,
+    ball_radius: f64,
+) -> [f64; 3] {
+    let sine = (point.radius * radius / ball_radius).min(1.0);
+    let cosine = (1.0 - sine * sine).sqrt();
+    // The patch turns with the azimuth, so that turning tilt and rotation together turns all.
+    let aside = [-azimuth.sin(), azimuth.cos(), 0.0];
+    let ahead = cross(aside, direction);
+    let outward = scale(direction, cosine);
+    let outward = add_scaled(outward, sine * point.angle.cos(), ahead);
+    add_scaled(outward, sine * point.angle.sin(), aside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::vector::{dot, norm};
+    use super::*;
+
+    const COUNTS: [usize; 14] = [1, 2, 3, 4, 5, 7, 8, 28, 50, 91, 100, 201, 452, 10_000];
+
+    #[test]
+    fn any_count_carries_the_whole_load() {
+        for quadrature in [Quadrature::Rings, Quadrature::Gauss] {
+            for count in COUNTS {
+                let points = patch_points(quadrature, count);
+                assert_eq!(points.len(), count);
+                let load: f64 = points.iter().map(|p| p.load).sum();
+                assert!((load - 1.0).abs() < 1e-12, "{quadrature:?} {count}: {load}");
+                assert!(points.iter().all(|p| p.load > 0.0 && p.area > 0.0));
+                assert!(points.iter().all(|p| (0.0..1.0).contains(&p.radius)));
+            }
+        }
+    }
+
+    /// Areas sum to the patch: exactly for cells, with the rule's error for Gauss.
+    #[test]
+    fn areas_cover_the_patch() {
+        for count in COUNTS {
+            let area = |q| patch_points(q, count).iter().map(|p| p.area).sum::<f64>();
+            assert!((area(Quadrature::Rings) - 1.0).abs() < 1e-12);
+            if count >= 91 {
+                assert!((area(Quadrature::Gauss) - 1.0).abs() < 0.02, "{count}");
+            }
+        }
+    }
+
+    /// Moments of the pressure: integral of p s^2 = (2/5) F a^2 exactly for Gauss, converging at
+    /// second order of the cell size for rings; odd moments vanish.
+    #[test]
+    fn moments() {
+        for count in [28, 100, 452] {
+            let points = patch_points(Quadrature::Gauss, count);
+            let second: f64 = points.iter().map(|p| p.load * p.radius.powi(2)).sum();
+            assert!((second - 0.4).abs() < 1e-13, "{second}");
+        }
+        let error = |count| {
+            let points = patch_points(Quadrature::Rings, count);
+            let second: f64 = points.iter().map(|p| p.load * p.radius.powi(2)).sum();
+            (second - 0.4).abs()
+        };
+        assert!(error(100) < 3e-3 && error(1600) < error(100) / 10.0);
+        for quadrature in [Quadrature::Rings, Quadrature::Gauss] {
+            let points = patch_points(quadrature, 100);
+            let first: f64 = points
+                .iter()
+                .map(|p| p.load * p.radius * p.angle.cos())
+                .sum();
+            assert!(first.abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn gauss_rule_is_exact_for_polynomials() {
+        // Integral of (3/2) sqrt(1-x) x^j = (3/2) B(j+1, 3/2).
+        let rule = gauss_sqrt(6);
+        let mut exact = 1.0;
+        for j in 0..12 {
+            let sum: f64 = rule.iter().map(|g| g.weight * g.x.powi(j)).sum();
+            assert!((sum - exact).abs() < 1e-14, "degree {j}");
+            exact *= f64::from(j + 1) / (f64::from(j) + 2.5);
+        }
+    }
+
+    #[test]
+    fn normals_lie_on_the_cap() {
+        let direction = patch_direction(0.1, 2.0);
+        for point in patch_points(Quadrature::Rings, 100) {
+            let normal = normal_at(&point, direction, 2.0, 1.7e-3, 15.875e-3);
+            assert!((norm(normal) - 1.0).abs() < 1e-14);
+            let sine = norm(cross(normal, direction));
+            assert!((sine * 15.875 - point.radius * 1.7).abs() < 1e-12);
+            assert!(dot(normal, direction) > 0.99);
+        }
+        let far = PatchPoint {
+            radius: 0.9,
+            angle: 0.3,
+            area: 1.0,
+            load: 1.0,
+        };
+        let equator = normal_at(&far, direction, 2.0, 1.0, 15.875e-3);
+        assert!(dot(equator, direction).abs() < 1e-15);
+    }
+}

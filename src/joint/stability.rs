@@ -1,0 +1,85 @@
+//! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
+
+use faer::Mat;
+
+use super::Joint;
+use crate::dynamics::System;
+
+/// One vibration mode of the linearised joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Growth rate (real part of the eigenvalue), 1/s; positive means unstable.
+    pub growth: f64,
+    /// Share of each mode of the body in the vibration energy; sums to 1.
+    pub shares: Vec<f64>,
+}
+
+impl LinearMode {
+    /// Whether the vibration grows: by more than rounding can feign.
+    pub fn unstable(&self) -> bool {
+        self.growth > 1e-9 * std::f64::consts::TAU * self.frequency_hz.max(1.0)
+    }
+
+    /// The mode of the body with the largest share.
+    pub fn dominant(&self) -> usize {
+        let mut best = 0;
+        for (i, share) in self.shares.iter().enumerate() {
+            if *share > self.shares[best] {
+                best = i;
+            }
+        }
+        best
+    }
+}
+
+/// The eigenvalue problem could not be solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the eigenvalues of the linearised joint did not converge; check the scene for extreme \
+     stiffness or friction slopes"
+)]
+pub struct StabilityError;
+
+impl Joint {
+    /// All modes of the joint linearised at steady sliding, by ascending frequency. A conjugate
+    /// pair is one mode; a pair of real eigenvalues (overdamped) is two modes of frequency zero.
+    ///
+    /// # Errors
+    /// If the eigenvalue iteration does not converge.
+    pub fn linear_modes(&self) -> Result<Vec<LinearMode>, StabilityError> {
+        let m = self.omega().len();
+        let dim = 2 * m;
+        let mut jacobian = vec![0.0; dim * dim];
+        self.jacobian(&vec![0.0; self.dim()], &mut jacobian);
+        // Scaled to [omega q | dq/dt]: both halves in the unit of a velocity, well balanced.
+        let omega = self.omega();
+        let scale = |i: usize| if i < m { omega[i] } else { 1.0 };
+        let matrix = Mat::from_fn(dim, dim, |i, j| jacobian[i * dim + j] * scale(i) / scale(j));
+        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
+        let values = eigen.S().column_vector();
+        let vectors = eigen.U();
+        let mut modes: Vec<_> = (0..dim)
+            .filter(|&k| values[k].im >= 0.0)
+            .map(|k| {
+                let mut shares: Vec<f64> = (0..m)
+                    .map(|i| vectors[(i, k)].norm_sqr() + vectors[(m + i, k)].norm_sqr())
+                    .collect();
+                let total: f64 = shares.iter().sum();
+                shares.iter_mut().for_each(|share| *share /= total);
+                LinearMode {
+                    frequency_hz: values[k].im / std::f64::consts::TAU,
+                    growth: values[k].re,
+                    shares,
+                }
+            })
+            .collect();
+        modes.sort_by(|a, b| {
+            a.frequency_hz
+                .total_cmp(&b.frequency_hz)
+                .then(a.growth.total_cmp(&b.growth))
+        });
+        Ok(modes)
+    }
+}

@@ -1,0 +1,222 @@
+//! The joint at one tilt, as a system that an integrator can run.
+
+use std::sync::Arc;
+
+use pulp::Arch;
+
+use super::equilibrium::Equilibrium;
+use super::friction::{FrictionLaw, Stribeck};
+use super::nodes::Nodes;
+use super::traction::{Custom, Frictionless, MOST_MODES, OpenNodes, Passed, Smoothed, Traction};
+use super::{Friction, Model};
+use crate::dynamics::System;
+
+/// The law of friction in force.
+#[derive(Clone, Debug)]
+pub(crate) enum ActiveLaw {
+    None,
+    Stribeck {
+        law: Stribeck,
+        radial: bool,
+    },
+    Custom {
+        law: Arc<dyn FrictionLaw>,
+        radial: bool,
+    },
+}
+
+impl ActiveLaw {
+    /// The law as seen by the passes that need slopes, one node at a time.
+    pub fn law(&self) -> Option<&dyn FrictionLaw> {
+        match self {
+            Self::None => None,
+            Self::Stribeck { law, .. } => Some(law),
+            Self::Custom { law, .. } => Some(law.as_ref()),
+        }
+    }
+
+    /// Whether the radial velocity takes part.
+    pub fn radial(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Stribeck { radial, .. } | Self::Custom { radial, .. } => *radial,
+        }
+    }
+}
+
+impl From<Friction> for ActiveLaw {
+    fn from(friction: Friction) -> Self {
+        match friction {
+            Friction::None => Self::None,
+            Friction::Stribeck {
+                mu_s,
+                mu_d,
+                creep,
+                stribeck,
+                radial,
+            } => Self::Stribeck {
+                law: Stribeck {
+                    mu_s,
+                    mu_d,
+                    creep,
+                    stribeck,
+                },
+                radial,
+            },
+        }
+    }
+}
+
+/// Eq. (8) at one tilt, in the perturbation from steady sliding: the state `z = 0` is the
+/// equilibrium, to the last bit.
+///
+/// State: `[q | dq/dt | w]`, with the work `w` (J) of the non-conservative forces on the vibration
+/// where the energy audit is on.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub(crate) nodes: Nodes,
+    pub(crate) law: ActiveLaw,
+    pub(crate) unilateral: bool,
+    omega: Vec<f64>,
+    damping: Vec<f64>,
+    probe: Vec<f64>,
+    equilibrium: Equilibrium,
+    audit: bool,
+    arch: Arch,
+}
+
+impl Joint {
+    /// The joint of a model.
+    ///
+    /// # Panics
+    /// If the model has more than 64 modes, or arrays whose lengths disagree.
+    pub fn new(model: &Model) -> Self {
+        Self::build(model, ActiveLaw::from(model.friction))
+    }
+
+    /// The same model with one's own law of friction; `radial` keeps the radial velocity in it, as
+    /// Eq. (8) does.
+    ///
+    /// # Panics
+    /// As [`Joint::new`].
+    pub fn with_friction(model: &Model, law: Arc<dyn FrictionLaw>, radial: bool) -> Self {
+        Self::build(model, ActiveLaw::Custom { law, radial })
+    }
+
+    fn build(model: &Model, law: ActiveLaw) -> Self {
+        let m = model.modes();
+        assert!(m <= MOST_MODES, "at most {MOST_MODES} modes, not {m}");
+        assert_eq!(
+            model.shapes.len(),
+            model.nodes() * m,
+            "shapes are nodes x modes"
+        );
+        let mut joint = Self {
+            nodes: Nodes::new(model),
+            law,
+            unilateral: model.unilateral,
+            omega: model.omega.clone(),
+            damping: model.damping.clone(),
+            probe: model.probe.clone(),
+            equilibrium: Equilibrium::default(),
+            audit: false,
+            arch: Arch::new(),
+        };
+        joint.equilibrium = Equilibrium::of(&mut joint);
+        joint
+    }
+
+    /// Switches the energy audit on: one more component of the state, the work `w`.
+    pub fn with_audit(mut self) -> Self {
+        self.audit = true;
+        self
+    }
+
+    /// The steady-sliding equilibrium.
+    pub fn equilibrium(&self) -> &Equilibrium {
+        &self.equilibrium
+    }
+
+    /// Number of contact nodes.
+    pub fn contact_nodes(&self) -> usize {
+        self.nodes.count
+    }
+
+    /// Row that gives Eq. (24) from the modal coordinates, 1/sqrt(kg).
+    pub fn probe(&self) -> &[f64] {
+        &self.probe
+    }
+
+    /// Eq. (24): the displacement (m) of the central contact point in the sliding direction for
+    /// modal coordinates `q`, or its velocity (m/s) for modal velocities.
+    pub fn probe_value(&self, q: &[f64]) -> f64 {
+        self.probe.iter().zip(q).map(|(a, b)| a * b).sum()
+    }
+
+    /// The right side of Eq. (8) at `(q, v)`: generalised forces of contact and friction into
+    /// `force` (length `m`), and the power of friction.
+    pub(crate) fn traction(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> Passed {
+        let (nodes, unilateral) = (&self.nodes, self.unilateral);
+        macro_rules! pass {
+            ($law:expr) => {
+                self.arch.dispatch(Traction {
+                    nodes,
+                    law: $law,
+                    unilateral,
+                    q,
+                    v,
+                    force,
+                })
+            };
+        }
+        match &self.law {
+            ActiveLaw::None => pass!(Frictionless),
+            ActiveLaw::Stribeck { law, radial: true } => pass!(Smoothed::<true>(*law)),
+            ActiveLaw::Stribeck { law, radial: false } => pass!(Smoothed::<false>(*law)),
+            ActiveLaw::Custom { law, radial: true } => pass!(Custom::<true>(law.as_ref())),
+            ActiveLaw::Custom { law, radial: false } => pass!(Custom::<false>(law.as_ref())),
+        }
+    }
+
+    /// Which nodes are open at modal coordinates `q`: one bit a node, eight nodes a byte.
+    pub fn open_nodes(&self, q: &[f64], open: &mut [u8]) {
+        self.arch.dispatch(OpenNodes {
+            nodes: &self.nodes,
+            q,
+            open,
+        });
+    }
+}
+
+impl System for Joint {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+
+    fn damping(&self) -> &[f64] {
+        &self.damping
+    }
+
+    fn first_order(&self) -> usize {
+        usize::from(self.audit)
+    }
+
+    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+        let m = self.omega.len();
+        let (q, v) = (&z[..m], &z[m..2 * m]);
+        let passed = self.traction(q, v, &mut out[..m]);
+        for (out, steady) in out.iter_mut().zip(&self.equilibrium.force) {
+            *out -= steady;
+        }
+        if self.audit {
+            let lost: f64 = self
+                .damping
+                .iter()
+                .zip(&self.omega)
+                .zip(v)
+                .map(|((zeta, omega), v)| 2.0 * zeta * omega * v * v)
+                .sum();
+            out[m] = passed.power - lost;
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Plain three-vectors: the few operations that the joint needs.
+
+/// Scalar product.
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product.
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Euclidean length.
+pub(crate) fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// `s a`.
+pub(crate) fn scale(a: [f64; 3], s: f64) -> [f64; 3] {
+    a.map(|x| s * x)
+}
+
+/// `a + s b`.
+pub(crate) fn add_scaled(a: [f64; 3], s: f64, b: [f64; 3]) -> [f64; 3] {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}
+
+/// The vector of unit length along `a`; `None` where `a` is zero.
+pub(crate) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
+    let length = norm(a);
+    (length > 0.0).then(|| scale(a, 1.0 / length))
+}
+
+/// Some unit vector at right angles to the unit vector `n`.
+pub(crate) fn any_normal(n: [f64; 3]) -> [f64; 3] {
+    // The axis least aligned with n keeps the cross product well away from zero.
+    let axis = if n[0].abs() <= n[1].abs() && n[0].abs() <= n[2].abs() {
+        [1.0, 0.0, 0.0]
+    } else if n[1].abs() <= n[2].abs() {
+        [0.0, 1.0, 0.0]
+    } else {
+        [0.0, 0.0, 1.0]
+    };
+    let side = cross(n, axis);
+    scale(side, 1.0 / norm(side))
+}
