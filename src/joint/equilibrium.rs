@@ -1,6 +1,7 @@
 //! Steady sliding: where the body rests while the ball turns.
 
 use super::Joint;
+use super::lanes::LANES;
 use crate::dynamics::System;
 
 /// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` its right side is
@@ -23,8 +24,11 @@ impl Equilibrium {
         joint.traction(&rest, &rest, &mut force);
         for block in &mut joint.nodes.blocks {
             if let Some(law) = joint.law.law() {
-                let ratio = block.speed.map(|speed| law.ratio(speed).value);
-                block.steady_friction = -(block.area * block.pre_stress * ratio * block.speed);
+                for lane in 0..LANES {
+                    let speed = block.speed.0[lane];
+                    let normal = block.area.0[lane] * block.pre_stress.0[lane];
+                    block.steady_friction.0[lane] = -normal * law.ratio(speed).value * speed;
+                }
             }
         }
         let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();

@@ -1,103 +1,167 @@
-//! A block of contact nodes worked on at once.
+//! Contact nodes worked on several at once, with the vector instructions that the machine has.
 //!
-//! Plain arrays and loops of fixed length: inside a function that `pulp` has compiled for AVX-512,
-//! AVX2 or NEON, the compiler turns each operation into one or two vector instructions. Whether a
-//! product and a sum are fused is a type, because without the instruction the fused form is a slow
-//! library call.
+//! [`Eight`] is how eight nodes are stored; [`Vector`] is what one instruction works on: eight
+//! numbers with AVX-512, four with AVX2, two with NEON, one without any.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Nodes in a block.
+use pulp::Simd;
+
+/// Nodes stored together.
 pub const LANES: usize = 8;
 
-/// One number for each node of a block.
+/// One number for each of eight nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Lanes(pub [f64; LANES]);
+pub(crate) struct Eight(pub [f64; LANES]);
+
+impl Eight {
+    /// Zero for every node.
+    pub const ZERO: Eight = Eight([0.0; LANES]);
+
+    /// The vectors that make up the eight.
+    #[inline(always)]
+    pub fn part<S: Simd>(&self, simd: S, part: usize) -> Vector<S> {
+        Vector {
+            simd,
+            x: S::as_simd_f64s(&self.0).0[part],
+        }
+    }
+}
+
+/// How many vectors make up eight numbers.
+#[inline(always)]
+pub(crate) const fn parts<S: Simd>() -> usize {
+    LANES / S::F64_LANES
+}
+
+/// As many numbers as one instruction works on.
+#[derive(Clone, Copy)]
+pub(crate) struct Vector<S: Simd> {
+    simd: S,
+    x: S::f64s,
+}
 
 macro_rules! lanewise {
-    ($trait:ident, $method:ident) => {
-        impl $trait for Lanes {
-            type Output = Lanes;
+    ($trait:ident, $method:ident, $instruction:ident) => {
+        impl<S: Simd> $trait for Vector<S> {
+            type Output = Self;
             #[inline(always)]
-            fn $method(self, other: Lanes) -> Lanes {
-                Lanes(std::array::from_fn(|l| self.0[l].$method(other.0[l])))
+            fn $method(self, other: Self) -> Self {
+                Self {
+                    simd: self.simd,
+                    x: self.simd.$instruction(self.x, other.x),
+                }
             }
         }
     };
 }
-lanewise!(Add, add);
-lanewise!(Sub, sub);
-lanewise!(Mul, mul);
-lanewise!(Div, div);
+lanewise!(Add, add, add_f64s);
+lanewise!(Sub, sub, sub_f64s);
+lanewise!(Mul, mul, mul_f64s);
+lanewise!(Div, div, div_f64s);
 
-impl Neg for Lanes {
-    type Output = Lanes;
+impl<S: Simd> Neg for Vector<S> {
+    type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Lanes {
-        self.map(|x| -x)
+    fn neg(self) -> Self {
+        Self {
+            simd: self.simd,
+            x: self.simd.neg_f64s(self.x),
+        }
     }
 }
 
-impl Lanes {
-    /// Zero in every lane.
-    pub const ZERO: Lanes = Lanes([0.0; LANES]);
-
+impl<S: Simd> Vector<S> {
     /// The same number in every lane.
     #[inline(always)]
-    pub fn splat(x: f64) -> Lanes {
-        Lanes([x; LANES])
+    pub fn splat(simd: S, x: f64) -> Self {
+        Self {
+            simd,
+            x: simd.splat_f64s(x),
+        }
     }
 
-    /// A function of each lane.
+    /// The same number in every lane, on the same machine.
     #[inline(always)]
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Lanes {
-        Lanes(self.0.map(f))
+    fn same(self, x: f64) -> Self {
+        Self::splat(self.simd, x)
     }
 
-    /// The larger of two, lane by lane; a NaN on the left stays.
+    /// `self * b + c`, rounded once where the machine can.
     #[inline(always)]
-    pub fn at_least(self, floor: f64) -> Lanes {
-        self.map(|x| if x < floor { floor } else { x })
+    pub fn mul_add(self, b: Self, c: Self) -> Self {
+        Self {
+            simd: self.simd,
+            x: self.simd.mul_add_e_f64s(self.x, b.x, c.x),
+        }
     }
 
-    /// The sum of the lanes, always in the same order.
+    /// Raised to `floor` where it is below; a NaN stays one.
+    #[inline(always)]
+    pub fn at_least(self, floor: f64) -> Self {
+        let floor = self.simd.splat_f64s(floor);
+        let below = self.simd.less_than_f64s(self.x, floor);
+        Self {
+            simd: self.simd,
+            x: self.simd.select_f64s(below, floor, self.x),
+        }
+    }
+
+    /// Square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self {
+            simd: self.simd,
+            x: self.simd.sqrt_f64s(self.x),
+        }
+    }
+
+    /// The sum of the lanes.
     #[inline(always)]
     pub fn sum(self) -> f64 {
-        let [a, b, c, d, e, f, g, h] = self.0;
-        ((a + b) + (c + d)) + ((e + f) + (g + h))
-    }
-}
-
-/// How a product and a sum are taken.
-pub trait Reals {
-    /// `a b + c`.
-    fn fma(a: f64, b: f64, c: f64) -> f64;
-
-    /// `a b + c`, lane by lane.
-    #[inline(always)]
-    fn mul_add(a: Lanes, b: Lanes, c: Lanes) -> Lanes {
-        Lanes(std::array::from_fn(|l| Self::fma(a.0[l], b.0[l], c.0[l])))
+        self.simd.reduce_sum_f64s(self.x)
     }
 
-    /// `exp(-x)` for `x >= 0`, to about one unit in the last place; 0 past `x = 708`.
+    /// One bit a lane, set where the number is negative.
     #[inline(always)]
-    fn neg_exp(x: Lanes) -> Lanes {
-        let (fraction, power) = Self::neg_exp_parts(x);
-        Self::mul_add(fraction, power, power)
+    pub fn negative_bits(self) -> u8 {
+        let mut values = [0.0; LANES];
+        self.simd
+            .partial_store_f64s(&mut values[..S::F64_LANES], self.x);
+        let negative = |l: usize| u8::from(values[l] < 0.0);
+        (0..S::F64_LANES).fold(0, |bits, l| bits | negative(l) << l)
+    }
+
+    /// Changed by a function that sees plain numbers.
+    #[inline(always)]
+    pub fn through(self, f: impl FnOnce(&mut [f64])) -> Self {
+        let mut values = [0.0; LANES];
+        let values = &mut values[..S::F64_LANES];
+        self.simd.partial_store_f64s(values, self.x);
+        f(values);
+        Self {
+            simd: self.simd,
+            x: self.simd.partial_load_f64s(values),
+        }
+    }
+
+    /// `exp(-x)` for `x >= 0`, to about one unit in the last place; below `exp(-708)` it stays there.
+    #[inline(always)]
+    pub fn neg_exp(self) -> Self {
+        let parts = self.neg_exp_parts();
+        parts.fraction.mul_add(parts.power, parts.power)
     }
 
     /// `1 - exp(-x)` for `x > 0`, to about two units in the last place, however small `x` is.
     #[inline(always)]
-    fn neg_exp_m1(x: Lanes) -> Lanes {
-        let (fraction, power) = Self::neg_exp_parts(x);
-        Lanes::splat(1.0) - power - fraction * power
+    pub fn one_minus_neg_exp(self) -> Self {
+        let parts = self.neg_exp_parts();
+        self.same(1.0) - parts.power - parts.fraction * parts.power
     }
 
-    /// `exp(-x) = power (1 + fraction)`: `power` a power of two, `fraction = exp(r) - 1` of the
-    /// remainder `|r| <= ln(2)/2`.
     #[inline(always)]
-    fn neg_exp_parts(x: Lanes) -> (Lanes, Lanes) {
+    fn neg_exp_parts(self) -> Exponential<S> {
         // Adding 1.5 * 2^52 rounds to the nearest integer and leaves it in the low bits.
         const ROUND: f64 = 6_755_399_441_055_744.0;
         // ln(2) in two parts, the first with trailing zeros so that its multiples are exact.
@@ -114,89 +178,104 @@ pub trait Reals {
             }
             c
         };
-        let x = x.map(|x| if x > 708.0 { 708.0 } else { x });
-        let shifted = Self::mul_add(
-            x,
-            Lanes::splat(-std::f64::consts::LOG2_E),
-            Lanes::splat(ROUND),
-        );
-        let n = shifted - Lanes::splat(ROUND);
-        let r = Self::mul_add(n, Lanes::splat(-LN2_HIGH), -x);
-        let r = Self::mul_add(n, Lanes::splat(-LN2_LOW), r);
+        let simd = self.simd;
+        let most = simd.splat_f64s(708.0);
+        let beyond = simd.greater_than_f64s(self.x, most);
+        let x = Self {
+            simd,
+            x: simd.select_f64s(beyond, most, self.x),
+        };
+        let shifted = x.mul_add(x.same(-std::f64::consts::LOG2_E), x.same(ROUND));
+        let n = shifted - x.same(ROUND);
+        let r = n.mul_add(x.same(-LN2_HIGH), -x);
+        let r = n.mul_add(x.same(-LN2_LOW), r);
         // Estrin's scheme: short chains keep the vector units busy.
-        let pair = |k: usize| Self::mul_add(Lanes::splat(C[k + 1]), r, Lanes::splat(C[k]));
+        let pair = |k: usize| r.same(C[k + 1]).mul_add(r, r.same(C[k]));
         let r2 = r * r;
-        let quad = |k: usize| Self::mul_add(pair(k + 2), r2, pair(k));
+        let quad = |k: usize| pair(k + 2).mul_add(r2, pair(k));
         let r4 = r2 * r2;
-        let low = Self::mul_add(quad(4), r4, quad(0));
-        let high = Self::mul_add(Lanes::splat(C[12]), r4, quad(8));
-        let series = Self::mul_add(high, r4 * r4, low);
-        let power = shifted.map(|s| f64::from_bits((s.to_bits() << 52).wrapping_add(1023 << 52)));
-        (r * series, power)
+        let low = quad(4).mul_add(r4, quad(0));
+        let high = r.same(C[12]).mul_add(r4, quad(8));
+        let series = high.mul_add(r4 * r4, low);
+        // 2^n: the integer moved into the exponent's place (times 2^52) on top of 1.0's bits.
+        let n_bits = simd.transmute_u64s_f64s(shifted.x);
+        let exponent = simd.mul_u64s(n_bits, simd.splat_u64s(1 << 52));
+        let bits = simd.add_u64s(exponent, simd.splat_u64s(1.0_f64.to_bits()));
+        let power = Self {
+            simd,
+            x: simd.transmute_f64s_u64s(bits),
+        };
+        Exponential {
+            power,
+            fraction: r * series,
+        }
     }
 }
 
-/// One rounding for product and sum.
-#[derive(Clone, Copy, Debug)]
-pub struct Fused;
-
-impl Reals for Fused {
-    #[inline(always)]
-    fn fma(a: f64, b: f64, c: f64) -> f64 {
-        a.mul_add(b, c)
-    }
-}
-
-/// Product and sum rounded one after the other.
-#[derive(Clone, Copy, Debug)]
-pub struct Plain;
-
-impl Reals for Plain {
-    #[inline(always)]
-    fn fma(a: f64, b: f64, c: f64) -> f64 {
-        a * b + c
-    }
+/// `exp(-x) = power (1 + fraction)`: `power` a power of two, `fraction = exp(r) - 1` of the
+/// remainder `|r| <= ln(2)/2`.
+struct Exponential<S: Simd> {
+    power: Vector<S>,
+    fraction: Vector<S>,
 }
 
 #[cfg(test)]
 mod tests {
+    use pulp::{Arch, Scalar, WithSimd};
+
     use super::*;
 
-    fn worst<R: Reals>(f: fn(Lanes) -> Lanes, exact: fn(f64) -> f64) -> f64 {
-        let mut worst: f64 = 0.0;
-        let mut x = 1e-300;
-        while x < 700.0 {
-            for y in f(Lanes(std::array::from_fn(|l| x * (1.0 + l as f64 / 13.0))))
-                .0
-                .iter()
-                .zip(0..)
-            {
-                let want = exact(x * (1.0 + f64::from(y.1) / 13.0));
-                worst = worst.max((y.0 / want - 1.0).abs() / f64::EPSILON);
+    /// `exp(-x)` and `1 - exp(-x)` of each number.
+    struct Both<'a>(&'a [f64], &'a mut Vec<[f64; 2]>);
+
+    impl WithSimd for Both<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            for &x in self.0 {
+                let x = Vector::splat(simd, x);
+                let first = |v: Vector<S>| v.sum() / S::F64_LANES as f64;
+                self.1
+                    .push([first(x.neg_exp()), first(x.one_minus_neg_exp())]);
             }
-            x *= 1.07;
         }
-        worst
     }
 
-    /// The stated errors, in units of 2^-52, over the whole range.
+    fn both(xs: &[f64]) -> [Vec<[f64; 2]>; 2] {
+        let (mut best, mut scalar) = (Vec::new(), Vec::new());
+        Arch::new().dispatch(Both(xs, &mut best));
+        Both(xs, &mut scalar).with_simd(Scalar::new());
+        [best, scalar]
+    }
+
+    /// The stated errors, in units of 2^-52, over the whole range, with and without vectors.
     #[test]
     fn exponentials_are_accurate() {
-        assert!(worst::<Fused>(Fused::neg_exp, |x| (-x).exp()) < 1.5);
-        assert!(worst::<Fused>(Fused::neg_exp_m1, |x| -(-x).exp_m1()) < 2.5);
-        assert!(worst::<Plain>(Plain::neg_exp, |x| (-x).exp()) < 2.5);
-        assert!(worst::<Plain>(Plain::neg_exp_m1, |x| -(-x).exp_m1()) < 2.5);
+        let xs: Vec<f64> = (0..200_000)
+            .map(|k| 1e-300 * (f64::from(k) * 0.003_495).exp())
+            .filter(|x| *x < 700.0)
+            .collect();
+        assert!(*xs.last().unwrap() > 600.0);
+        for got in both(&xs) {
+            let mut worst = [0.0_f64; 2];
+            for (x, got) in xs.iter().zip(&got) {
+                let want = [(-x).exp(), -(-x).exp_m1()];
+                for i in 0..2 {
+                    worst[i] = worst[i].max((got[i] / want[i] - 1.0).abs() / f64::EPSILON);
+                }
+            }
+            assert!(worst[0] < 1.5 && worst[1] < 2.5, "{worst:?}");
+        }
     }
 
     /// Far out the exponential stays finite, and a NaN is not swallowed.
     #[test]
     fn ends_of_the_range() {
-        assert_eq!(Fused::neg_exp(Lanes::ZERO).0, [1.0; LANES]);
-        assert!(Fused::neg_exp(Lanes::splat(1e300)).0[0] < 1e-300);
-        assert_eq!(
-            Fused::neg_exp_m1(Lanes::splat(f64::INFINITY)).0,
-            [1.0; LANES]
-        );
-        assert!(Fused::neg_exp(Lanes::splat(f64::NAN)).0[0].is_nan());
+        for got in both(&[0.0, 1e300, f64::INFINITY, f64::NAN]) {
+            assert_eq!(got[0], [1.0, 0.0]);
+            assert!(got[1][0] < 1e-300 && got[1][1] == 1.0);
+            assert_eq!(got[2][1], 1.0);
+            assert!(got[3][0].is_nan() && got[3][1].is_nan());
+        }
     }
 }

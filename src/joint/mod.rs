@@ -16,6 +16,9 @@ mod system;
 mod traction;
 mod vector;
 
+#[cfg(test)]
+mod tests;
+
 pub use contact::NodeAction;
 pub use energy::{Energy, Power};
 pub use equilibrium::Equilibrium;

@@ -5,15 +5,15 @@
 //! outwards. Eq. (4) then reads `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
 
 use super::Model;
-use super::lanes::{LANES, Lanes};
+use super::lanes::{Eight, LANES};
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
 
 /// Rows of one mode at the nodes of a block, along `e_s`, `e_t`, `e_r`, 1/sqrt(kg).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows {
-    pub s: Lanes,
-    pub t: Lanes,
-    pub r: Lanes,
+    pub s: Eight,
+    pub t: Eight,
+    pub r: Eight,
 }
 
 /// Eight nodes; those past the end of the model have no area and full pre-stress, so that they do
@@ -21,15 +21,15 @@ pub(crate) struct Rows {
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// Steady sliding speed `V_0 = |Omega x x|`, m/s.
-    pub speed: Lanes,
+    pub speed: Eight,
     /// Pre-stress `p_n`, Pa.
-    pub pre_stress: Lanes,
+    pub pre_stress: Eight,
     /// Contact stiffness per area `k_c`, N/m^3.
-    pub stiffness: Lanes,
+    pub stiffness: Eight,
     /// Area `Delta A`, m^2.
-    pub area: Lanes,
+    pub area: Eight,
     /// Friction force along `e_s` in steady sliding, N.
-    pub steady_friction: Lanes,
+    pub steady_friction: Eight,
 }
 
 /// All contact nodes of a model.
@@ -56,7 +56,7 @@ impl Nodes {
         let mut rows = Vec::new();
         for first in (0..count).step_by(LANES) {
             let gather = |value: &dyn Fn(usize) -> f64, padding: f64| {
-                Lanes(std::array::from_fn(|l| {
+                Eight(std::array::from_fn(|l| {
                     if first + l < count {
                         value(first + l)
                     } else {
@@ -69,7 +69,7 @@ impl Nodes {
                 pre_stress: gather(&|k| model.pre_stress[k], 1.0),
                 stiffness: gather(&|k| model.stiffness[k], 0.0),
                 area: gather(&|k| model.areas[k], 0.0),
-                steady_friction: Lanes::ZERO,
+                steady_friction: Eight::ZERO,
             });
             for i in 0..modes {
                 let along =

@@ -7,8 +7,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::friction::FrictionLaw;
-use super::lanes::{Fused, LANES, Lanes, Plain, Reals};
-use super::nodes::{Block, Nodes, Rows};
+use super::lanes::{Vector, parts};
+use super::nodes::Nodes;
 
 /// What the loop does at each node for friction.
 pub(crate) trait Law {
@@ -17,7 +17,7 @@ pub(crate) trait Law {
     /// Whether the radial velocity takes part, as Eq. (8) has it.
     const RADIAL: bool;
     /// `mu(V)/V` at the given speeds, all positive.
-    fn ratio<R: Reals>(&self, speed: Lanes) -> Lanes;
+    fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S>;
 }
 
 /// No friction.
@@ -27,8 +27,8 @@ impl Law for Frictionless {
     const SLIDES: bool = false;
     const RADIAL: bool = false;
     #[inline(always)]
-    fn ratio<R: Reals>(&self, _: Lanes) -> Lanes {
-        Lanes::ZERO
+    fn ratio<S: Simd>(&self, simd: S, _: Vector<S>) -> Vector<S> {
+        Vector::splat(simd, 0.0)
     }
 }
 
@@ -39,20 +39,20 @@ impl<const RADIAL: bool> Law for Smoothed<RADIAL> {
     const SLIDES: bool = true;
     const RADIAL: bool = RADIAL;
     #[inline(always)]
-    fn ratio<R: Reals>(&self, speed: Lanes) -> Lanes {
-        self.0.ratio_lanes::<R>(speed)
+    fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S> {
+        self.0.ratio_vector(simd, speed)
     }
 }
 
-/// A user's own law, called once a block.
+/// A user's own law, called once a vector.
 pub(crate) struct Custom<'a, const RADIAL: bool>(pub &'a dyn FrictionLaw);
 
 impl<const RADIAL: bool> Law for Custom<'_, RADIAL> {
     const SLIDES: bool = true;
     const RADIAL: bool = RADIAL;
     #[inline(always)]
-    fn ratio<R: Reals>(&self, speed: Lanes) -> Lanes {
-        Lanes(self.0.ratios(&speed.0))
+    fn ratio<S: Simd>(&self, _: S, speed: Vector<S>) -> Vector<S> {
+        speed.through(|speeds| self.0.ratios(speeds))
     }
 }
 
@@ -79,70 +79,86 @@ impl<L: Law> WithSimd for Traction<'_, L> {
     type Output = Passed;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Passed {
-        // Without vector instructions there is no fused one either.
-        match (S::IS_SCALAR, self.unilateral, self.nodes.modes) {
-            (false, true, PAPER_MODES) => self.pass::<Fused, true>(&mut [Lanes::ZERO; PAPER_MODES]),
-            (false, true, m) => self.pass::<Fused, true>(&mut [Lanes::ZERO; MOST_MODES][..m]),
-            (false, false, m) => self.pass::<Fused, false>(&mut [Lanes::ZERO; MOST_MODES][..m]),
-            (true, true, m) => self.pass::<Plain, true>(&mut [Lanes::ZERO; MOST_MODES][..m]),
-            (true, false, m) => self.pass::<Plain, false>(&mut [Lanes::ZERO; MOST_MODES][..m]),
+    fn with_simd<S: Simd>(self, simd: S) -> Passed {
+        let zero = Vector::splat(simd, 0.0);
+        match (self.unilateral, self.nodes.modes) {
+            (true, PAPER_MODES) => self.pass::<S, true>(simd, &mut [zero; PAPER_MODES]),
+            (true, m) => self.pass::<S, true>(simd, &mut [zero; MOST_MODES][..m]),
+            (false, m) => self.pass::<S, false>(simd, &mut [zero; MOST_MODES][..m]),
         }
     }
 }
 
 impl<L: Law> Traction<'_, L> {
-    /// The loop for arithmetic `R`, with or without lift-off; `sums` are the accumulators, one a
-    /// mode. Where their number is known to the compiler, they stay in registers.
+    /// The loop, with or without lift-off; `sums` are the accumulators, one a mode. Where their
+    /// number is known to the compiler, they stay in registers.
     #[inline(always)]
-    fn pass<R: Reals, const UNILATERAL: bool>(self, sums: &mut [Lanes]) -> Passed {
+    fn pass<S: Simd, const UNILATERAL: bool>(self, simd: S, sums: &mut [Vector<S>]) -> Passed {
         let modes = sums.len();
         let (q, v) = (&self.q[..modes], &self.v[..modes]);
-        let force = &mut self.force[..modes];
-        let mut power = Lanes::ZERO;
+        let zero = Vector::splat(simd, 0.0);
+        let mut power = zero;
         for (block, rows) in self.nodes.iter() {
             let rows = &rows[..modes];
-            // Eq. (2)
-            let mut u_r = Lanes::ZERO;
-            for i in 0..modes {
-                u_r = R::mul_add(rows[i].r, Lanes::splat(q[i]), u_r);
-            }
-            let mut stress = R::mul_add(block.stiffness, u_r, block.pre_stress);
-            if UNILATERAL {
-                stress = stress.at_least(0.0);
-            }
-            let normal = stress * block.area;
-            if !L::SLIDES {
+            for part in 0..parts::<S>() {
+                // Eq. (2)
+                let mut u_r = zero;
                 for i in 0..modes {
-                    sums[i] = R::mul_add(rows[i].r, -normal, sums[i]);
+                    u_r = rows[i]
+                        .r
+                        .part(simd, part)
+                        .mul_add(Vector::splat(simd, q[i]), u_r);
                 }
-                continue;
-            }
-            let slip = Slip::of::<R, L>(block, rows, v);
-            // Eq. (3): -mu N V_vec / V
-            let drag = -(normal * self.law.ratio::<R>(slip.speed::<R, L>()));
-            let along = drag * slip.along;
-            let across = drag * slip.across;
-            let outward = if L::RADIAL {
-                drag * slip.outward
-            } else {
-                Lanes::ZERO
-            };
-            let vibration = slip.along - block.speed;
-            power = R::mul_add(along - block.steady_friction, vibration, power);
-            power = R::mul_add(across, slip.across, power);
-            if L::RADIAL {
-                power = R::mul_add(outward, slip.outward, power);
-            }
-            // Eq. (8)
-            let radial = outward - normal;
-            for i in 0..modes {
-                let sum = R::mul_add(rows[i].s, along, sums[i]);
-                let sum = R::mul_add(rows[i].t, across, sum);
-                sums[i] = R::mul_add(rows[i].r, radial, sum);
+                let stiffness = block.stiffness.part(simd, part);
+                let mut stress = stiffness.mul_add(u_r, block.pre_stress.part(simd, part));
+                if UNILATERAL {
+                    stress = stress.at_least(0.0);
+                }
+                let normal = stress * block.area.part(simd, part);
+                if !L::SLIDES {
+                    for i in 0..modes {
+                        sums[i] = rows[i].r.part(simd, part).mul_add(-normal, sums[i]);
+                    }
+                    continue;
+                }
+                // Eq. (4)
+                let steady_speed = block.speed.part(simd, part);
+                let (mut along, mut across, mut outward) = (steady_speed, zero, zero);
+                for i in 0..modes {
+                    let v = Vector::splat(simd, v[i]);
+                    along = rows[i].s.part(simd, part).mul_add(v, along);
+                    across = rows[i].t.part(simd, part).mul_add(v, across);
+                    if L::RADIAL {
+                        outward = rows[i].r.part(simd, part).mul_add(v, outward);
+                    }
+                }
+                let mut square = across.mul_add(across, along * along);
+                if L::RADIAL {
+                    square = outward.mul_add(outward, square);
+                }
+                // A hair above zero, so that mu(V)/V can be formed by a division.
+                let speed = square.at_least(1e-280).sqrt();
+                // Eq. (3): -mu N V_vec / V
+                let drag = -(normal * self.law.ratio(simd, speed));
+                let (drag_along, drag_across) = (drag * along, drag * across);
+                let deviation = drag_along - block.steady_friction.part(simd, part);
+                power = deviation.mul_add(along - steady_speed, power);
+                power = drag_across.mul_add(across, power);
+                let mut radial = -normal;
+                if L::RADIAL {
+                    let drag_outward = drag * outward;
+                    power = drag_outward.mul_add(outward, power);
+                    radial = drag_outward - normal;
+                }
+                // Eq. (8)
+                for i in 0..modes {
+                    let sum = rows[i].s.part(simd, part).mul_add(drag_along, sums[i]);
+                    let sum = rows[i].t.part(simd, part).mul_add(drag_across, sum);
+                    sums[i] = rows[i].r.part(simd, part).mul_add(radial, sum);
+                }
             }
         }
-        for (out, sum) in force.iter_mut().zip(sums.iter()) {
+        for (out, sum) in self.force.iter_mut().zip(sums.iter()) {
             *out = sum.sum();
         }
         Passed { power: power.sum() }
@@ -154,44 +170,6 @@ const PAPER_MODES: usize = 11;
 
 /// The most modes that the loop's accumulators hold.
 pub(crate) const MOST_MODES: usize = 64;
-
-/// Slip velocity, Eq. (4), in the node's frame.
-#[derive(Clone, Copy)]
-pub(crate) struct Slip {
-    pub along: Lanes,
-    pub across: Lanes,
-    pub outward: Lanes,
-}
-
-impl Slip {
-    #[inline(always)]
-    pub fn of<R: Reals, L: Law>(block: &Block, rows: &[Rows], v: &[f64]) -> Self {
-        let mut slip = Slip {
-            along: block.speed,
-            across: Lanes::ZERO,
-            outward: Lanes::ZERO,
-        };
-        for (row, &v) in rows.iter().zip(v) {
-            let v = Lanes::splat(v);
-            slip.along = R::mul_add(row.s, v, slip.along);
-            slip.across = R::mul_add(row.t, v, slip.across);
-            if L::RADIAL {
-                slip.outward = R::mul_add(row.r, v, slip.outward);
-            }
-        }
-        slip
-    }
-
-    /// Its magnitude, kept a hair above zero so that `mu(V)/V` can be formed by a division.
-    #[inline(always)]
-    pub fn speed<R: Reals, L: Law>(&self) -> Lanes {
-        let mut square = R::mul_add(self.across, self.across, self.along * self.along);
-        if L::RADIAL {
-            square = R::mul_add(self.outward, self.outward, square);
-        }
-        square.at_least(1e-280).map(f64::sqrt)
-    }
-}
 
 /// A pass over the normal gaps only: which nodes are open.
 pub(crate) struct OpenNodes<'a> {
@@ -205,18 +183,18 @@ impl WithSimd for OpenNodes<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         for ((block, rows), bits) in self.nodes.iter().zip(self.open.iter_mut()) {
-            let mut gap = block.pre_stress;
-            for (row, &q) in rows.iter().zip(self.q) {
-                let stress = block.stiffness * row.r;
-                gap = if S::IS_SCALAR {
-                    Plain::mul_add(stress, Lanes::splat(q), gap)
-                } else {
-                    Fused::mul_add(stress, Lanes::splat(q), gap)
-                };
+            *bits = 0;
+            for part in 0..parts::<S>() {
+                let mut u_r = Vector::splat(simd, 0.0);
+                for (row, &q) in rows.iter().zip(self.q) {
+                    u_r = row.r.part(simd, part).mul_add(Vector::splat(simd, q), u_r);
+                }
+                let pre_stress = block.pre_stress.part(simd, part);
+                let gap = block.stiffness.part(simd, part).mul_add(u_r, pre_stress);
+                *bits |= gap.negative_bits() << (part * S::F64_LANES);
             }
-            *bits = (0..LANES).fold(0, |bits, l| bits | (u8::from(gap.0[l] < 0.0) << l));
         }
     }
 }

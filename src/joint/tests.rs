@@ -1,0 +1,349 @@
+//! The joint's laws on models of its own: a scattered one that exercises every term, and
+//! Hoffmann's two modes.
+
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::vector::{cross, dot, norm, scale};
+use super::*;
+use crate::dynamics::System;
+
+const STRIBECK: Friction = Friction::Stribeck {
+    mu_s: 0.55,
+    mu_d: 0.25,
+    creep: 1000.0,
+    stribeck: 10.0,
+    radial: true,
+};
+
+/// Nodes scattered on a sphere, random shapes; no symmetry that could hide an error.
+fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
+    let radius = 15.875e-3;
+    let normals: Vec<[f64; 3]> = (0..nodes)
+        .map(|_| {
+            let n = [uniform(-0.5, 0.5), uniform(-0.5, 0.5), 1.0];
+            scale(n, 1.0 / norm(n))
+        })
+        .collect();
+    let positions: Vec<_> = normals.iter().map(|n| scale(*n, radius)).collect();
+    let rotation = [0.7, 0.6, 0.3];
+    Model {
+        sliding_velocity: positions.iter().map(|x| cross(rotation, *x)).collect(),
+        areas: (0..nodes).map(|_| uniform(5e-8, 1.5e-7)).collect(),
+        pre_stress: (0..nodes).map(|_| uniform(5e6, 2.5e7)).collect(),
+        stiffness: (0..nodes).map(|_| uniform(1e13, 3e13)).collect(),
+        shapes: (0..nodes * modes)
+            .map(|_| [uniform(-2.0, 2.0), uniform(-2.0, 2.0), uniform(-2.0, 2.0)])
+            .collect(),
+        omega: (0..modes).map(|_| uniform(1e4, 8e4)).collect(),
+        damping: (0..modes).map(|_| uniform(1e-4, 1e-2)).collect(),
+        probe: (0..modes).map(|_| uniform(-2.0, 2.0)).collect(),
+        positions,
+        normals,
+        friction,
+        unilateral: true,
+    }
+}
+
+/// A state whose displacements open about half of the nodes and whose velocities are of the order
+/// of the sliding speed.
+fn state(joint: &Joint, seed: u64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let m = joint.omega().len();
+    (0..joint.dim())
+        .map(|i| if i < m { 4e-7 } else { 5e-3 } * rng.random_range(-1.0..1.0))
+        .collect()
+}
+
+/// Eq. (8) written down once more, straight from the model's arrays in Cartesian vectors.
+fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let mut force = vec![0.0; model.modes()];
+    for k in 0..model.nodes() {
+        let shapes = model.shapes_at(k);
+        let mut u_r = 0.0;
+        let mut slip = model.sliding_velocity[k];
+        for i in 0..model.modes() {
+            u_r += dot(shapes[i], model.normals[k]) * q[i];
+            slip = vector::add_scaled(slip, v[i], shapes[i]);
+        }
+        let stress = model.pre_stress[k] + model.stiffness[k] * u_r;
+        let stress = if model.unilateral {
+            stress.max(0.0)
+        } else {
+            stress
+        };
+        let mut traction = scale(model.normals[k], -stress);
+        if let Friction::Stribeck {
+            mu_s,
+            mu_d,
+            creep,
+            stribeck,
+            radial,
+        } = model.friction
+        {
+            if !radial {
+                slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
+            }
+            let speed = norm(slip);
+            let mu = Stribeck {
+                mu_s,
+                mu_d,
+                creep,
+                stribeck,
+            }
+            .coefficient(speed);
+            traction = vector::add_scaled(traction, -mu * stress / speed, slip);
+        }
+        for i in 0..model.modes() {
+            force[i] += dot(shapes[i], traction) * model.areas[k];
+        }
+    }
+    force
+}
+
+fn frictions() -> [Friction; 3] {
+    let Friction::Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+        ..
+    } = STRIBECK
+    else {
+        unreachable!()
+    };
+    let tangent = Friction::Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+        radial: false,
+    };
+    [Friction::None, STRIBECK, tangent]
+}
+
+/// The hot loop is Eq. (8), for every law, with and without lift-off, for the number of modes it
+/// is compiled for and for another, with and without padding.
+#[test]
+fn hot_loop_is_equation_8() {
+    for friction in frictions() {
+        for (nodes, modes, unilateral) in
+            [(13, 11, true), (16, 5, true), (9, 11, false), (1, 2, false)]
+        {
+            let model = Model {
+                unilateral,
+                ..scattered(nodes, modes, friction)
+            };
+            let joint = Joint::new(&model);
+            let z = state(&joint, 3);
+            let (q, v) = z.split_at(modes);
+            let want = equation_8(&model, q, v);
+            let mut got = vec![0.0; modes];
+            joint.traction(q, v, &mut got);
+            let size = want.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            for (got, want) in got.iter().zip(&want) {
+                assert!(
+                    (got - want).abs() < 1e-13 * size,
+                    "{friction:?} {got} {want}"
+                );
+            }
+        }
+    }
+}
+
+/// At the equilibrium nothing moves, to the last bit; `omega^2 q_eq` balances Eq. (8).
+#[test]
+fn equilibrium_is_exact() {
+    for friction in frictions() {
+        let model = scattered(21, 11, friction);
+        let joint = Joint::new(&model).with_audit();
+        let mut rate = vec![1.0; joint.dim()];
+        joint.rhs(0.0, &vec![0.0; joint.dim()], &mut rate);
+        assert!(rate.iter().all(|r| *r == 0.0), "{rate:?}");
+        let rest = [0.0; 11];
+        let balance = equation_8(&model, &rest, &rest);
+        for i in 0..11 {
+            let residual = model.omega[i].powi(2) * joint.equilibrium().q[i] - balance[i];
+            assert!(
+                residual.abs() < 1e-12 * balance[i].abs().max(1.0),
+                "{residual}"
+            );
+        }
+    }
+}
+
+/// The analytic Jacobian against central differences of the right-hand side.
+#[test]
+fn jacobian_is_the_derivative() {
+    for friction in frictions() {
+        let joint = Joint::new(&scattered(40, 11, friction));
+        let z = state(&joint, 11);
+        let dim = joint.dim();
+        let mut jacobian = vec![0.0; dim * dim];
+        joint.jacobian(&z, &mut jacobian);
+        let (mut plus, mut minus) = (vec![0.0; dim], vec![0.0; dim]);
+        for j in 0..dim {
+            // Steps small enough that no node opens or closes on the way.
+            let step = if j < 11 { 2e-12 } else { 1e-7 };
+            let mut shifted = z.clone();
+            shifted[j] = z[j] + step;
+            joint.rhs(0.0, &shifted, &mut plus);
+            shifted[j] = z[j] - step;
+            joint.rhs(0.0, &shifted, &mut minus);
+            let column = (0..dim)
+                .map(|i| jacobian[i * dim + j].abs())
+                .fold(0.0, f64::max);
+            for i in 0..dim {
+                let difference = (plus[i] - minus[i]) / (2.0 * step);
+                let error = (jacobian[i * dim + j] - difference).abs();
+                assert!(error < 1e-7 * column, "({i},{j}): {error:e} of {column:e}");
+            }
+        }
+    }
+}
+
+/// The energy changes by the work of friction and damping, and by nothing else.
+#[test]
+fn energy_balance() {
+    for friction in frictions() {
+        for unilateral in [true, false] {
+            let model = Model {
+                unilateral,
+                ..scattered(40, 11, friction)
+            };
+            let joint = Joint::new(&model).with_audit();
+            let z = state(&joint, 5);
+            let mut rate = vec![0.0; joint.dim()];
+            joint.rhs(0.0, &z, &mut rate);
+            let step = 1e-10;
+            let along = |s: f64| {
+                let moved: Vec<f64> = z.iter().zip(&rate).map(|(z, r)| z + s * r).collect();
+                joint.energy(&moved)
+            };
+            let (later, before) = (along(step), along(-step));
+            let power = joint.power(&z);
+            let size = power.contact.abs() + power.friction.abs() + power.damping.abs();
+            let change = (later.total() - before.total()) / (2.0 * step);
+            assert!((change - power.friction - power.damping).abs() < 1e-6 * size);
+            let released = -(later.contact - before.contact) / (2.0 * step);
+            assert!((released - power.contact).abs() < 1e-6 * size);
+            let audited = rate[22];
+            assert!((audited - power.friction - power.damping).abs() < 1e-12 * size);
+            if friction == Friction::None {
+                assert_eq!(power.friction, 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn gaps_and_open_nodes_agree() {
+    let joint = Joint::new(&scattered(37, 11, STRIBECK));
+    let z = state(&joint, 5);
+    let mut gaps = vec![0.0; 37];
+    joint.gaps(&z[..11], &mut gaps);
+    let mut bits = vec![0; 5];
+    joint.open_nodes(&z[..11], &mut bits);
+    let mut open = 0;
+    for (k, gap) in gaps.iter().enumerate() {
+        assert_eq!(bits[k / 8] >> (k % 8) & 1 == 1, *gap < 0.0);
+        let action = joint.node_action(k, &z[..11], &z[11..22]);
+        assert!((action.gap - gap).abs() < 1e-6);
+        assert_eq!(action.normal == 0.0, *gap < 0.0);
+        open += usize::from(*gap < 0.0);
+    }
+    assert!(
+        (5..32).contains(&open),
+        "{open} open: the state must exercise both"
+    );
+    assert_eq!(bits[4] >> 5, 0, "padding never opens");
+}
+
+/// A law of one's own that says what Eq. (5) says gives the same forces.
+#[test]
+fn own_law_takes_the_same_road() {
+    let model = scattered(20, 11, STRIBECK);
+    let built_in = Joint::new(&model);
+    let law = Stribeck {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        creep: 1000.0,
+        stribeck: 10.0,
+    };
+    let own = Joint::with_friction(&model, Arc::new(law), true);
+    let z = state(&built_in, 9);
+    let (mut a, mut b) = (vec![0.0; 22], vec![0.0; 22]);
+    built_in.rhs(0.0, &z, &mut a);
+    own.rhs(0.0, &z, &mut b);
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() <= 1e-12 * a.abs().max(1.0));
+    }
+}
+
+/// Zero slip speed at a node, and none at all: finite forces, no friction.
+#[test]
+fn zero_slip_is_no_special_case() {
+    let mut model = scattered(8, 11, STRIBECK);
+    model.sliding_velocity = vec![[0.0; 3]; 8];
+    let joint = Joint::new(&model);
+    let mut rate = vec![0.0; 22];
+    joint.rhs(0.0, &[0.0; 22], &mut rate);
+    assert!(rate.iter().all(|r| *r == 0.0));
+    let mut jacobian = vec![0.0; 22 * 22];
+    joint.jacobian(&[0.0; 22], &mut jacobian);
+    assert!(jacobian.iter().all(|x| x.is_finite()));
+}
+
+/// Hoffmann's two modes at friction `mu`: K = [[2, 1 - 4 mu/3], [1, 2]], M = I, as a joint of one
+/// node whose spring 4/3 couples the second coordinate (normal) to the first (sliding).
+fn hoffmann(mu: f64) -> Joint {
+    // What the node's spring does not give: [[2, 1], [1, 2/3]], diagonalised by a rotation.
+    let (a, b, c) = (2.0_f64, 1.0_f64, 2.0 / 3.0);
+    let angle = 0.5 * (2.0 * b).atan2(a - c);
+    let (cos, sin) = (angle.cos(), angle.sin());
+    let stiffness = |x: f64, y: f64| a * x * x + 2.0 * b * x * y + c * y * y;
+    // Modal coordinate i moves the mass along row i of the rotation. Friction pulls against the
+    // sliding direction, here -x.
+    let shapes = vec![[cos, 0.0, sin], [-sin, 0.0, cos]];
+    Joint::new(&Model {
+        positions: vec![[0.0, 0.0, 1.0]],
+        normals: vec![[0.0, 0.0, 1.0]],
+        areas: vec![1.0],
+        pre_stress: vec![1.0],
+        stiffness: vec![4.0 / 3.0],
+        shapes,
+        omega: vec![stiffness(cos, sin).sqrt(), stiffness(-sin, cos).sqrt()],
+        damping: vec![],
+        sliding_velocity: vec![[-1.0, 0.0, 0.0]],
+        // Constant coefficient: the creep region is far below the sliding speed.
+        friction: Friction::Stribeck {
+            mu_s: mu,
+            mu_d: mu,
+            creep: 1e4,
+            stribeck: 0.0,
+            radial: false,
+        },
+        unilateral: true,
+        probe: vec![1.0, 0.0],
+    })
+}
+
+/// Mode coupling: critical friction 0.75, and the eigenvalues at mu = 1.
+#[test]
+fn hoffmann_mode_coupling() {
+    let growth = |mu| {
+        let modes = hoffmann(mu).linear_modes().unwrap();
+        modes.iter().map(|m| m.growth).fold(f64::MIN, f64::max)
+    };
+    assert!(growth(0.7499) < 1e-6 && growth(0.7501) > 1e-3);
+    let modes = hoffmann(1.0).linear_modes().unwrap();
+    for mode in &modes {
+        assert!((mode.frequency_hz * std::f64::consts::TAU - 1.428577).abs() < 1e-6);
+        assert!((mode.growth.abs() - 0.202072).abs() < 1e-6);
+    }
+    assert_eq!(modes.iter().filter(|m| m.unstable()).count(), 1);
+}
