@@ -266,6 +266,18 @@ pub enum Record {
     Summary(Arc<Summary>),
 }
 
+impl Record {
+    /// Whether this is a picture whole in itself, so that a later one of its kind makes it
+    /// needless to someone who only watches. A spectrogram column is none: leaving it out
+    /// would leave a hole in the spectrogram.
+    pub fn is_picture(&self) -> bool {
+        matches!(
+            self,
+            Self::Spectrum { .. } | Self::Recurrence { .. } | Self::Embedding { .. }
+        )
+    }
+}
+
 /// How the run is doing, over the last frame or frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Health {

@@ -3,4 +3,4 @@
 pub mod message;
 mod sink;
 
-pub use sink::{Sink, SinkError};
+pub use sink::{Delivery, Sink, SinkError};

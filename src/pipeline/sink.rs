@@ -5,6 +5,17 @@ use super::message::Record;
 /// The error of a sink, whatever its kind.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
+/// What a sink must be given when it is slower than the analysis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Delivery {
+    /// Every record: the sender waits.
+    #[default]
+    Everything,
+    /// Waiting pictures ([`Record::is_picture`]) may be replaced by the latest of their kind;
+    /// the sender counts them and says so in [`Health::drops`](super::message::Health::drops).
+    LatestPictures,
+}
+
 /// Takes records in order, on one thread. The pipeline's tests use a `Vec`; `record` writes Rerun.
 pub trait Sink: Send {
     /// Takes one record.
@@ -12,6 +23,11 @@ pub trait Sink: Send {
     /// # Errors
     /// When the record cannot be kept (disk full, encoding fault); the run then stops.
     fn accept(&mut self, record: Record) -> Result<(), SinkError>;
+
+    /// What may be left out when the sink is behind; by default nothing.
+    fn delivery(&self) -> Delivery {
+        Delivery::Everything
+    }
 
     /// Called once after the last record: flush all that is pending.
     ///
