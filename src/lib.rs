@@ -20,6 +20,7 @@
 
 pub mod analysis;
 pub mod dynamics;
+pub mod export;
 pub mod fem;
 pub mod joint;
 pub mod pipeline;

@@ -1,6 +1,18 @@
 //! The road from simulation to record, and the only threads.
 
+mod analyse;
+mod error;
+mod health;
 pub mod message;
+mod outlet;
+mod run;
+mod simulate;
 mod sink;
+mod stages;
 
-pub use sink::{Delivery, Sink, SinkError};
+pub use analyse::{AnalyseError, Analyser};
+pub use error::PipelineError;
+pub use outlet::RecorderGone;
+pub use run::{Monitor, run};
+pub use simulate::{Simulation, initial_state};
+pub use sink::{Delivery, Sink, SinkError, Tee};

@@ -36,11 +36,48 @@ pub trait Sink: Send {
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
+
+    /// Called instead of [`Sink::finish`] when the run has failed: keep what there is readable, but
+    /// do not put it in the place of an older result.
+    fn abandon(&mut self) {}
 }
 
 impl Sink for Vec<Record> {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         self.push(record);
         Ok(())
+    }
+}
+
+/// Gives every record to each of several sinks.
+#[derive(Default)]
+pub struct Tee {
+    sinks: Vec<Box<dyn Sink>>,
+}
+
+impl Tee {
+    /// To all of `sinks`, in their order.
+    pub fn new(sinks: Vec<Box<dyn Sink>>) -> Self {
+        Self { sinks }
+    }
+}
+
+impl Sink for Tee {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        self.sinks.iter_mut().try_for_each(|sink| sink.accept(record.clone()))
+    }
+
+    fn delivery(&self) -> Delivery {
+        let everything = self.sinks.iter().any(|sink| sink.delivery() == Delivery::Everything);
+        if everything { Delivery::Everything } else { Delivery::LatestPictures }
+    }
+
+    fn finish(&mut self) -> Result<(), SinkError> {
+        // One that fails does not keep the others from finishing; the first fault is told.
+        self.sinks.iter_mut().map(|sink| sink.finish()).fold(Ok(()), Result::and)
+    }
+
+    fn abandon(&mut self) {
+        self.sinks.iter_mut().for_each(|sink| sink.abandon());
     }
 }

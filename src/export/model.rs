@@ -1,0 +1,187 @@
+//! The contact model as arrays, for any other program.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use super::{Array, OutputError, read_npz, write_npz};
+use crate::joint::{Friction, Joint, Model};
+
+/// Version of the layout; it rises when an array changes its meaning.
+pub const MODEL_VERSION: f64 = 1.0;
+
+/// What a model file holds: the model of Eq. (8), its equilibrium and a state to start from.
+///
+/// With `n` contact nodes and `m` modes, SI units, Cartesian vectors from the ball's centre (the
+/// beam's axis is z, the beam on its negative side), doubles in row-major order:
+///
+/// | array | shape | meaning |
+/// |---|---|---|
+/// | `version` | () | 1 |
+/// | `positions` | (n, 3) | contact nodes, m |
+/// | `normals` | (n, 3) | outward unit normals `e_r` of the ball |
+/// | `areas` | (n) | `Delta A`, m^2 |
+/// | `pre_stress` | (n) | `p_n`, Pa |
+/// | `stiffness` | (n) | `k_c`, N/m^3 |
+/// | `shapes` | (n, 3, m) | mode shapes, 1/sqrt(kg) |
+/// | `omega` | (m) | natural circular frequencies, rad/s |
+/// | `damping` | (m) | modal damping ratios |
+/// | `sliding_velocity` | (n, 3) | `Omega x x`, m/s |
+/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none |
+/// | `radial` | () | 1: the radial velocity is part of `V`, as in Eq. (8); 0: projected out |
+/// | `unilateral` | () | 1: nodes lift off; 0: bonded |
+/// | `q_eq` | (m) | equilibrium of steady sliding, sqrt(kg) m |
+/// | `probe` | (m) | row that gives Eq. (24) from `q`, 1/sqrt(kg) |
+/// | `z0` | (2m) | initial `[q, dq/dt]` in the perturbation from the equilibrium |
+///
+/// In these arrays, with `Q = q_eq + q`, node by node (`Phi` the node's `3 x m` block):
+///
+/// ```text
+/// N = max(0, p_n + k_c e_r . Phi q)      V = Omega x x + Phi dq/dt
+/// d2Q/dt2 + omega^2 Q = sum over nodes of Phi^T (-mu(|V|) N V/|V| - N e_r) Delta A
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelArrays {
+    /// The model.
+    pub model: Model,
+    /// Modal coordinates of the equilibrium, `m`.
+    pub q_eq: Vec<f64>,
+    /// Initial state, `2m`.
+    pub z0: Vec<f64>,
+}
+
+impl ModelArrays {
+    /// The arrays of a model with the state to start from.
+    pub fn new(model: Model, z0: Vec<f64>) -> Self {
+        let q_eq = Joint::new(&model).equilibrium().q.clone();
+        Self { model, q_eq, z0 }
+    }
+}
+
+fn flat(vectors: &[[f64; 3]]) -> Array {
+    Array::matrix(vectors.len(), vectors.as_flattened().to_vec())
+}
+
+/// Writes a model file.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_model(path: &Path, arrays: &ModelArrays) -> Result<(), OutputError> {
+    let model = &arrays.model;
+    let (n, m) = (model.nodes(), model.modes());
+    // (n, m, 3) in memory, (n, 3, m) in the file: rows that multiply q.
+    let mut shapes = Vec::with_capacity(3 * n * m);
+    for k in 0..n {
+        for axis in 0..3 {
+            shapes.extend(model.shapes_at(k).iter().map(|shape| shape[axis]));
+        }
+    }
+    let (friction, radial) = match model.friction {
+        Friction::None => (vec![0.0; 4], false),
+        Friction::Stribeck { mu_s, mu_d, creep, stribeck, radial } => {
+            (vec![mu_s, mu_d, creep, stribeck], radial)
+        }
+    };
+    let mut damping = model.damping.clone();
+    damping.resize(m, 0.0);
+    let flag = |on: bool| Array::number(f64::from(u8::from(on)));
+    write_npz(
+        path,
+        &[
+            ("version", Array::number(MODEL_VERSION)),
+            ("positions", flat(&model.positions)),
+            ("normals", flat(&model.normals)),
+            ("areas", Array::vector(model.areas.clone())),
+            ("pre_stress", Array::vector(model.pre_stress.clone())),
+            ("stiffness", Array::vector(model.stiffness.clone())),
+            ("shapes", Array { shape: vec![n, 3, m], values: shapes }),
+            ("omega", Array::vector(model.omega.clone())),
+            ("damping", Array::vector(damping)),
+            ("sliding_velocity", flat(&model.sliding_velocity)),
+            ("friction", Array::vector(friction)),
+            ("radial", flag(radial)),
+            ("unilateral", flag(model.unilateral)),
+            ("q_eq", Array::vector(arrays.q_eq.clone())),
+            ("probe", Array::vector(model.probe.clone())),
+            ("z0", Array::vector(arrays.z0.clone())),
+        ],
+    )
+}
+
+/// Reads a model file back.
+///
+/// # Errors
+/// If the file cannot be read, an array is missing or its shape does not fit the others.
+pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
+    let mut reader = ModelReader { arrays: read_npz(path)? };
+    let n = reader.length("areas")?;
+    let m = reader.length("omega")?;
+    let version = reader.take("version", &[])?[0];
+    if version != MODEL_VERSION {
+        return Err(invalid(format!("version {version}, but this program reads {MODEL_VERSION}")));
+    }
+    let rows = reader.take("shapes", &[n, 3, m])?;
+    let mut shapes = Vec::with_capacity(n * m);
+    for k in 0..n {
+        shapes.extend((0..m).map(|i| std::array::from_fn(|axis| rows[(3 * k + axis) * m + i])));
+    }
+    let radial = reader.take("radial", &[])?[0] != 0.0;
+    let friction = match *reader.take("friction", &[4])? {
+        [0.0, 0.0, ..] => Friction::None,
+        [mu_s, mu_d, creep, stribeck] => {
+            Friction::Stribeck { mu_s, mu_d, creep, stribeck, radial }
+        }
+        _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),
+    };
+    Ok(ModelArrays {
+        q_eq: reader.take("q_eq", &[m])?,
+        z0: reader.take("z0", &[2 * m])?,
+        model: Model {
+            positions: reader.vectors("positions", n)?,
+            normals: reader.vectors("normals", n)?,
+            areas: reader.take("areas", &[n])?,
+            pre_stress: reader.take("pre_stress", &[n])?,
+            stiffness: reader.take("stiffness", &[n])?,
+            shapes,
+            omega: reader.take("omega", &[m])?,
+            damping: reader.take("damping", &[m])?,
+            sliding_velocity: reader.vectors("sliding_velocity", n)?,
+            friction,
+            unilateral: reader.take("unilateral", &[])?[0] != 0.0,
+            probe: reader.take("probe", &[m])?,
+        },
+    })
+}
+
+struct ModelReader {
+    arrays: BTreeMap<String, Array>,
+}
+
+impl ModelReader {
+    fn length(&self, name: &str) -> io::Result<usize> {
+        let array = self.arrays.get(name).ok_or_else(|| missing(name))?;
+        array.shape.first().copied().ok_or_else(|| invalid(format!("`{name}` is a single number")))
+    }
+
+    fn take(&mut self, name: &str, shape: &[usize]) -> io::Result<Vec<f64>> {
+        let array = self.arrays.remove(name).ok_or_else(|| missing(name))?;
+        if array.shape != shape {
+            let got = array.shape;
+            return Err(invalid(format!("`{name}` has the shape {got:?}, not {shape:?}")));
+        }
+        Ok(array.values)
+    }
+
+    fn vectors(&mut self, name: &str, n: usize) -> io::Result<Vec<[f64; 3]>> {
+        let values = self.take(name, &[n, 3])?;
+        Ok(values.as_chunks().0.to_vec())
+    }
+}
+
+fn missing(name: &str) -> io::Error {
+    invalid(format!("the array `{name}` is missing"))
+}
+
+fn invalid(message: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}

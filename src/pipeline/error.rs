@@ -1,0 +1,43 @@
+//! What can end a run early.
+
+use super::SinkError;
+use super::analyse::AnalyseError;
+use super::outlet::RecorderGone;
+use crate::dynamics::DynamicsError;
+use crate::joint::AssemblyError;
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The joint cannot be assembled.
+    #[error("the joint cannot be assembled")]
+    Assembly(#[from] AssemblyError),
+    /// The integration failed.
+    #[error("the simulation stopped")]
+    Dynamics(#[from] DynamicsError),
+    /// An analysis failed.
+    #[error("an analysis stopped")]
+    Analysis(#[from] AnalyseError),
+    /// A record could not be kept.
+    #[error("the recording stopped")]
+    Sink(#[source] SinkError),
+    /// The recorder went away before the others; its own error is reported instead.
+    #[error(transparent)]
+    RecorderGone(#[from] RecorderGone),
+    /// A thread could not be started.
+    #[error("the thread `{name}` cannot be started; free some memory or raise the process limit")]
+    Thread {
+        /// Name of the thread.
+        name: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A thread panicked: a fault of this program.
+    #[error("the thread `{name}` panicked: {message}; please report this, with the scene")]
+    Panic {
+        /// Name of the thread.
+        name: &'static str,
+        /// What it said.
+        message: String,
+    },
+}

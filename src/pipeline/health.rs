@@ -1,0 +1,62 @@
+//! How the run is doing, from the frames that pass.
+
+use super::message::{Frame, Health, Summary};
+use crate::dynamics::Tally;
+
+/// Turns the frames' running totals into rates.
+#[derive(Debug, Default)]
+pub(super) struct HealthMeter {
+    tally: Tally,
+    busy_seconds: f64,
+    time: f64,
+    transitions: u64,
+    audit: f64,
+    /// The largest energy, and so the scale of the audit, J.
+    turnover: f64,
+}
+
+impl HealthMeter {
+    /// The rates over `frame`.
+    pub fn measure(
+        &mut self,
+        frame: &Frame,
+        frames_waiting: usize,
+        records_waiting: usize,
+        drops: u64,
+    ) -> Health {
+        let span = frame.end() - self.time;
+        let per_ms = |now: u64, before: u64| (now - before) as f64 / (1e3 * span);
+        for sample in &frame.energy {
+            self.turnover = self.turnover.max(sample.total).max(sample.friction_work.abs());
+        }
+        // A joint at rest has turned over nothing, and misses nothing.
+        let scale = self.turnover.max(f64::MIN_POSITIVE);
+        self.audit = frame.energy.iter().map(|s| s.residual.abs() / scale).fold(0.0, f64::max);
+        let health = Health {
+            time: frame.end(),
+            real_time_factor: span / (frame.busy_seconds - self.busy_seconds).max(1e-9),
+            steps_per_ms: per_ms(frame.tally.steps, self.tally.steps),
+            rejections_per_ms: per_ms(frame.tally.rejections, self.tally.rejections),
+            calls_per_ms: per_ms(frame.tally.calls, self.tally.calls),
+            events_per_ms: per_ms(frame.transitions, 0),
+            frames_waiting,
+            records_waiting,
+            drops,
+            audit: self.audit,
+        };
+        self.tally = frame.tally;
+        self.busy_seconds = frame.busy_seconds;
+        self.time = frame.end();
+        self.transitions += frame.transitions;
+        health
+    }
+
+    /// Writes the totals of the whole run into its summary.
+    pub fn conclude(&self, summary: &mut Summary) {
+        summary.simulated = self.time;
+        summary.real_time_factor = self.time / self.busy_seconds.max(1e-9);
+        summary.tally = self.tally;
+        summary.transitions = self.transitions;
+        summary.audit = self.audit;
+    }
+}

@@ -1,0 +1,166 @@
+//! The threads: simulate -> analyse -> record, with bounded channels between them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{Scope, ScopedJoinHandle};
+use std::time::Instant;
+
+use crossbeam_channel::{Receiver, Sender, bounded};
+
+use super::analyse::Analyser;
+use super::health::HealthMeter;
+use super::message::{Frame, Record, Summary};
+use super::outlet::Outlet;
+use super::{PipelineError, Simulation, Sink};
+use crate::scene::Scene;
+
+/// Frames that may wait between simulation and analysis.
+const FRAMES_WAITING: usize = 8;
+/// Records that may wait between analysis and recorder.
+const RECORDS_WAITING: usize = 64;
+
+/// Seen from outside while a run goes on: how far it is, and a way to stop it.
+#[derive(Debug, Default)]
+pub struct Monitor {
+    stop: AtomicBool,
+    /// Bits of the simulated time, s.
+    time: AtomicU64,
+}
+
+impl Monitor {
+    /// Asks the run to stop at the next frame's border. What was simulated is recorded.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a stop was asked for.
+    pub fn stopping(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Simulated time so far, s.
+    pub fn time(&self) -> f64 {
+        f64::from_bits(self.time.load(Ordering::Relaxed))
+    }
+
+    fn advance(&self, time: f64) {
+        self.time.store(time.to_bits(), Ordering::Relaxed);
+    }
+}
+
+/// Runs a scene to its end, or until the monitor says stop, into a sink.
+///
+/// `command` says how the program was started. The calling thread records; simulation and analysis have threads of their own. On success and
+/// after a stop the sink is finished; after an error it is abandoned.
+///
+/// # Errors
+/// The first fault on the road, by place: simulation, analysis, sink. A panic in a thread is one.
+pub fn run(
+    scene: &Scene,
+    command: &str,
+    sink: &mut dyn Sink,
+    monitor: &Monitor,
+) -> Result<Summary, PipelineError> {
+    let began = Instant::now();
+    let simulation = Simulation::new(scene)?;
+    let header = Arc::new(simulation.header(command));
+    let analyser = Analyser::new(scene, &header);
+    let (frame_out, frame_in) = bounded(FRAMES_WAITING);
+    let (record_out, record_in) = bounded(RECORDS_WAITING);
+    let outcome = std::thread::scope(|scope| {
+        let simulating = spawn(scope, "simulate", move || simulate(simulation, frame_out, monitor))?;
+        let outlet = Outlet::new(record_out, sink.delivery());
+        let analysing = spawn(scope, "analyse", move || analyse(analyser, &frame_in, outlet))?;
+        let recorded = record(sink, Record::Header(header), record_in);
+        let analysed = join(analysing, "analyse");
+        let simulated = join(simulating, "simulate");
+        // The cause comes before its effects: a station that lost its neighbour only says so.
+        simulated?;
+        match (analysed, recorded) {
+            (_, Err(fault)) => Err(fault),
+            (analysed, Ok(())) => analysed,
+        }
+    });
+    let finish = outcome.and_then(|mut summary| {
+        summary.wall = began.elapsed().as_secs_f64();
+        summary.interrupted = monitor.stopping();
+        sink.accept(Record::Summary(Arc::new(summary.clone()))).map_err(PipelineError::Sink)?;
+        sink.finish().map_err(PipelineError::Sink)?;
+        Ok(summary)
+    });
+    if finish.is_err() {
+        sink.abandon();
+    }
+    finish
+}
+
+fn simulate(
+    mut simulation: Simulation,
+    frames: Sender<Frame>,
+    monitor: &Monitor,
+) -> Result<(), PipelineError> {
+    while !monitor.stopping() {
+        let Some(frame) = simulation.next_frame()? else { break };
+        let end = frame.end();
+        if frames.send(frame).is_err() {
+            // The analysis has stopped; its own error says why.
+            break;
+        }
+        monitor.advance(end);
+    }
+    Ok(())
+}
+
+fn analyse(
+    mut analyser: Analyser,
+    frames: &Receiver<Frame>,
+    mut outlet: Outlet,
+) -> Result<Summary, PipelineError> {
+    let mut health = HealthMeter::default();
+    for frame in frames {
+        let frame = Arc::new(frame);
+        analyser.push(&frame, &mut outlet)?;
+        let measured = health.measure(&frame, frames.len(), outlet.waiting(), outlet.drops());
+        outlet.accept(Record::Health(measured)).map_err(PipelineError::Sink)?;
+    }
+    outlet.flush()?;
+    let mut summary = analyser.summary();
+    health.conclude(&mut summary);
+    Ok(summary)
+}
+
+fn record(
+    sink: &mut dyn Sink,
+    header: Record,
+    records: Receiver<Record>,
+) -> Result<(), PipelineError> {
+    std::iter::once(header)
+        .chain(records)
+        .try_for_each(|record| sink.accept(record))
+        .map_err(PipelineError::Sink)
+}
+
+fn spawn<'scope, 'env, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, 'env>,
+    name: &'static str,
+    body: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, PipelineError> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn_scoped(scope, body)
+        .map_err(|source| PipelineError::Thread { name, source })
+}
+
+fn join<T>(
+    handle: ScopedJoinHandle<'_, Result<T, PipelineError>>,
+    name: &'static str,
+) -> Result<T, PipelineError> {
+    handle.join().unwrap_or_else(|panic| {
+        let message = panic
+            .downcast_ref::<&str>()
+            .map(|text| (*text).to_owned())
+            .or_else(|| panic.downcast_ref::<String>().cloned())
+            .unwrap_or_else(|| "no message".to_owned());
+        Err(PipelineError::Panic { name, message })
+    })
+}

@@ -1,0 +1,275 @@
+//! The first station: from a scene to frames.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::PipelineError;
+use super::message::{
+    EnergySample, Frame, Header, ModeInfo, NodeState, Outline, PatchGeometry, PatchSnapshot,
+};
+use crate::dynamics::{Accuracy, Integrator, Method, System};
+use crate::joint::{BallJoint, Joint, Model};
+use crate::scene::{self, Scene};
+
+/// Spacing of the vertices of the body's picture: along the meridian, and round it.
+const OUTLINE: (usize, usize) = (44, 24);
+
+/// A running simulation: asks for nothing but the next frame.
+#[derive(Debug)]
+pub struct Simulation {
+    scene: Scene,
+    ball: BallJoint,
+    joint: Joint,
+    integrator: Integrator,
+    geometry: Arc<PatchGeometry>,
+    tilt: f64,
+    /// Index of the next sample, from the start.
+    next_sample: u64,
+    frames: u64,
+    /// Open nodes at the last sample and at the present one, one bit a node.
+    open: [Vec<u8>; 2],
+    /// State at the present sample.
+    z: Vec<f64>,
+    audit: Audit,
+    busy_seconds: f64,
+}
+
+/// What the energy audit carries along, J.
+#[derive(Clone, Copy, Debug, Default)]
+struct Audit {
+    /// Stored at the start.
+    start: f64,
+    /// Brought in by changes of the tilt, at the frames' borders.
+    by_tilt: f64,
+}
+
+/// Every how many samples something happens that has a rate of its own.
+fn stride(sample_rate: f64, rate: f64) -> u64 {
+    (sample_rate / rate).round().max(1.0) as u64
+}
+
+impl Simulation {
+    /// Computes the modes, assembles the joint at the first tilt, and kicks it.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled or the integrator cannot start.
+    pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
+        let ball = BallJoint::new(&scene.joint)?;
+        let tilt = scene.tilt.at(0.0);
+        let model = ball.model(tilt)?;
+        let joint = Joint::new(&model).with_audit();
+        let mut z = initial_state(scene, joint.modes());
+        z.resize(joint.dim(), 0.0);
+        let mut integrator = Integrator::new(method(&scene.integrator), &joint)?;
+        integrator.start(&joint, 0.0, &z)?;
+        let bytes = scene.joint.contact.nodes.div_ceil(8);
+        let mut open = [vec![0; bytes], vec![0; bytes]];
+        joint.open_nodes(&z[..joint.modes()], &mut open[0]);
+        let audit = Audit { start: joint.energy(&z).total(), by_tilt: 0.0 };
+        Ok(Self {
+            geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
+            scene: scene.clone(),
+            ball,
+            joint,
+            integrator,
+            tilt,
+            next_sample: 0,
+            frames: 0,
+            open,
+            z,
+            audit,
+            busy_seconds: 0.0,
+        })
+    }
+
+    /// What is known before the first frame.
+    pub fn header(&self, command: &str) -> Header {
+        let scene = &self.scene;
+        let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
+        let modes = self.ball.body().modes();
+        let velocity = self.ball.sliding_velocity(self.tilt);
+        Header {
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            about: scene.about.clone(),
+            scene_text: scene.text.clone(),
+            command: command.to_owned(),
+            modes: modes
+                .iter()
+                .zip(self.ball.frequencies_hz())
+                .map(|(mode, &frequency_hz)| ModeInfo { label: mode.label(), frequency_hz })
+                .collect(),
+            sample_rate: scene.sample_rate,
+            duration: scene.duration,
+            max_tilt: scene.tilt.max(),
+            outline: Outline {
+                vertices: surface.vertices,
+                triangles: surface.triangles,
+                shapes: surface.shapes,
+            },
+            rotation: scene.joint.rotation,
+            load: scene.joint.load,
+            ball_radius: self.ball.ball_radius(),
+            sliding_speed: velocity.iter().map(|v| v * v).sum::<f64>().sqrt(),
+        }
+    }
+
+    /// The number of samples of the whole run.
+    fn samples(&self) -> u64 {
+        (self.scene.duration * self.scene.sample_rate).round().max(1.0) as u64
+    }
+
+    /// The next frame; `None` when the planned time is over.
+    ///
+    /// # Errors
+    /// If the integrator fails, or the tilt of the next frame cannot be reached.
+    pub fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
+        let left = self.samples().saturating_sub(self.next_sample);
+        if left == 0 {
+            return Ok(None);
+        }
+        let began = Instant::now();
+        let rate = self.scene.sample_rate;
+        let t0 = self.next_sample as f64 / rate;
+        self.follow_tilt(t0)?;
+        let count = left.min(self.scene.frame_samples as u64);
+        let modes = self.joint.modes();
+        let mut frame = Frame {
+            index: self.frames,
+            t0,
+            dt: 1.0 / rate,
+            modes,
+            q: Vec::with_capacity(count as usize * modes),
+            qdot: Vec::with_capacity(count as usize * modes),
+            tilt: self.tilt,
+            geometry: Arc::clone(&self.geometry),
+            ..Frame::default()
+        };
+        let record = &self.scene.record;
+        let patch_every = stride(rate, record.patch_rate);
+        let energy_every = stride(rate, record.energy_rate);
+        for index in self.next_sample..self.next_sample + count {
+            let time = index as f64 / rate;
+            self.integrator.sample(&self.joint, time, &mut self.z)?;
+            let (q, v) = self.z[..2 * modes].split_at(modes);
+            frame.q.extend_from_slice(q);
+            frame.qdot.extend_from_slice(v);
+            frame.displacement.push(self.joint.probe_value(q));
+            frame.velocity.push(self.joint.probe_value(v));
+            let [before, now] = &mut self.open;
+            self.joint.open_nodes(q, now);
+            frame.transitions +=
+                before.iter().zip(&*now).map(|(a, b)| u64::from((a ^ b).count_ones())).sum::<u64>();
+            std::mem::swap(before, now);
+            if index % patch_every == 0 {
+                frame.patch.push(patch_snapshot(&self.joint, time, q, v));
+            }
+            if index % energy_every == 0 {
+                frame.energy.push(self.energy_sample(time));
+            }
+        }
+        self.next_sample += count;
+        self.frames += 1;
+        self.busy_seconds += began.elapsed().as_secs_f64();
+        frame.tally = self.integrator.tally();
+        frame.busy_seconds = self.busy_seconds;
+        Ok(Some(frame))
+    }
+
+    /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
+    /// equilibrium follow at once; the perturbation goes on unchanged.
+    fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
+        let tilt = self.scene.tilt.at(time);
+        if tilt == self.tilt {
+            return Ok(());
+        }
+        if time > 0.0 {
+            self.integrator.land(&self.joint, time)?;
+        }
+        let model = self.ball.model(tilt)?;
+        let joint = Joint::new(&model).with_audit();
+        let z = self.integrator.state();
+        self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
+        self.joint = joint;
+        self.integrator.restart(&self.joint)?;
+        self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
+        self.tilt = tilt;
+        Ok(())
+    }
+
+    fn energy_sample(&self, time: f64) -> EnergySample {
+        let energy = self.joint.energy(&self.z);
+        let total = energy.total();
+        let work = self.z[2 * self.joint.modes()];
+        EnergySample {
+            time,
+            total,
+            friction_work: work,
+            residual: total - self.audit.start - self.audit.by_tilt - work,
+            modal: energy.modal,
+        }
+    }
+}
+
+/// The initial `[q | dq/dt]`: at the equilibrium, with a seeded Gaussian kick of the velocities.
+pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(scene.start.seed);
+    let mut z = vec![0.0; 2 * modes];
+    for velocity in &mut z[modes..] {
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        *velocity = scene.start.kick * normal;
+    }
+    z
+}
+
+fn method(integrator: &scene::Integrator) -> Method {
+    let accuracy = Accuracy::relative(integrator.tolerance);
+    let max_step = integrator.max_step;
+    match integrator.method {
+        scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
+        scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
+        scene::Method::Rk4 => Method::Rk4 { step: max_step },
+    }
+}
+
+fn patch_geometry(ball: &BallJoint, model: &Model, tilt: f64) -> PatchGeometry {
+    PatchGeometry {
+        positions: model.positions.clone(),
+        normals: model.normals.clone(),
+        areas: model.areas.clone(),
+        pre_stress: model.pre_stress.clone(),
+        direction: ball.direction(tilt),
+        radius: ball.patch_radius(),
+    }
+}
+
+fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
+    let nodes = joint.contact_nodes();
+    let mut snapshot = PatchSnapshot {
+        time,
+        states: Vec::with_capacity(nodes),
+        normal_force: Vec::with_capacity(nodes),
+        friction: Vec::with_capacity(nodes),
+    };
+    for k in 0..nodes {
+        let action = joint.node_action(k, q, v);
+        let frame = joint.node_frame(k);
+        let state = if action.normal <= 0.0 {
+            NodeState::Separated
+        } else if action.speed < joint.stick_speed() {
+            NodeState::Stick
+        } else {
+            NodeState::Slip
+        };
+        snapshot.states.push(state);
+        snapshot.normal_force.push(action.normal);
+        snapshot.friction.push(std::array::from_fn(|axis| {
+            (0..3).map(|along| action.friction[along] * frame[along][axis]).sum()
+        }));
+    }
+    snapshot
+}
