@@ -61,27 +61,34 @@ pub enum SceneError {
         /// The largest size read, bytes.
         limit: u64,
     },
-    /// The file is not text.
-    #[error("{at}: the scene file is not UTF-8 text; save it as UTF-8")]
-    NotText {
-        /// The first line with bytes that are not UTF-8.
+    /// The content is at fault.
+    #[error("{at}: {fault}")]
+    Content {
+        /// Where: the value or key at fault, or the table that lacks a key.
         at: Place,
+        /// What is wrong.
+        fault: Box<Fault>,
     },
+}
+
+/// What is wrong with the content of a scene.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The bytes are not text.
+    #[error("the scene file is not UTF-8 text; save it as UTF-8")]
+    NotText,
     /// The text is not TOML.
     #[error(
-        "{at}: not valid TOML: {message}; `squeakscope scenes NAME` prints a valid scene to start from"
+        "not valid TOML: {message}; `squeakscope scenes NAME` prints a valid scene to start from"
     )]
     Syntax {
-        /// Where the parser stopped.
-        at: Place,
         /// What the parser said.
         message: String,
     },
     /// A key or table that no scene has.
-    #[error("{at}: unknown key `{key}`{}; {known}", did_you_mean(nearest))]
+    #[error("unknown key `{key}`{}; {known}", did_you_mean(nearest))]
     UnknownKey {
-        /// Where the key stands.
-        at: Place,
         /// Full path of the key.
         key: String,
         /// Full path of the known key spelt most like it, if any is close.
@@ -90,28 +97,22 @@ pub enum SceneError {
         known: String,
     },
     /// A plain value under a name that is a table's.
-    #[error("{at}: `{key}` is a table, not a value; write `[{key}]` and its keys below")]
+    #[error("`{key}` is a table, not a value; write `[{key}]` and its keys below")]
     NotATable {
-        /// Where the name stands.
-        at: Place,
         /// Full path of the table.
         key: String,
     },
     /// A required key is absent.
-    #[error("{at}: `{key}` is missing; it must be {expected}")]
+    #[error("`{key}` is missing; it must be {expected}")]
     Missing {
-        /// The table that should hold it.
-        at: Place,
         /// Full path of the key.
         key: &'static str,
         /// What the value must be.
         expected: String,
     },
     /// A value of another type than the key's.
-    #[error("{at}: `{key}` is {found}; it must be {expected}")]
+    #[error("`{key}` is {found}; it must be {expected}")]
     WrongType {
-        /// Where the value stands.
-        at: Place,
         /// Full path of the key.
         key: &'static str,
         /// The value as written, shortened.
@@ -120,10 +121,8 @@ pub enum SceneError {
         expected: String,
     },
     /// A number outside its range, or not finite.
-    #[error("{at}: `{key}` = {found} is out of range; it must be {expected}")]
+    #[error("`{key}` = {found} is out of range; it must be {expected}")]
     OutOfRange {
-        /// Where the value stands.
-        at: Place,
         /// Full path of the key.
         key: &'static str,
         /// The value as written, shortened.
@@ -133,12 +132,10 @@ pub enum SceneError {
     },
     /// A word that is none of the choices.
     #[error(
-        "{at}: `{key}` = {found} is not a choice{}; it must be {expected}",
+        "`{key}` = {found} is not a choice{}; it must be {expected}",
         did_you_mean(nearest)
     )]
     UnknownChoice {
-        /// Where the value stands.
-        at: Place,
         /// Full path of the key.
         key: &'static str,
         /// The value as written, shortened.
@@ -149,10 +146,8 @@ pub enum SceneError {
         expected: String,
     },
     /// Values that are each allowed, but not together.
-    #[error("{at}: `{key}`: {problem}; {remedy}")]
+    #[error("`{key}`: {problem}; {remedy}")]
     Inconsistent {
-        /// Where the value stands that is most likely at fault.
-        at: Place,
         /// Full path of its key.
         key: &'static str,
         /// What does not fit together.
@@ -160,6 +155,16 @@ pub enum SceneError {
         /// What to do about it.
         remedy: String,
     },
+}
+
+impl Fault {
+    /// The error of this fault at a place.
+    pub(super) fn at(self, at: Place) -> SceneError {
+        SceneError::Content {
+            at,
+            fault: Box::new(self),
+        }
+    }
 }
 
 /// The part of a message that offers another spelling.

@@ -8,7 +8,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::error::{Place, SceneError, nearest};
+use super::error::{Fault, Place, SceneError, nearest};
 use super::keys::{ALL, Key, Otherwise, split};
 use super::kind::{Kind, Mismatch, Tables};
 
@@ -28,12 +28,13 @@ pub(super) struct Element<'d> {
 impl<'t> Document<'t> {
     /// Parses a text and refuses unknown keys. `file` names the source in messages.
     pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
-        let root = DeTable::parse(text).map_err(|error| SceneError::Syntax {
-            at: Place {
+        let root = DeTable::parse(text).map_err(|error| {
+            let message = error.message().replace('\n', " ");
+            let line = error.span().map(|span| line_of(text, span.start));
+            Fault::Syntax { message }.at(Place {
                 file: file.to_owned(),
-                line: error.span().map(|span| line_of(text, span.start)),
-            },
-            message: error.message().replace('\n', " "),
+                line,
+            })
         })?;
         let document = Self {
             file,
@@ -108,6 +109,24 @@ impl<'t> Document<'t> {
         self.place(spans.map(|value| value.span().start).max().unwrap_or(0))
     }
 
+    /// The error of a value that does not fit together with those of other keys. The last given
+    /// one of them all is taken to be the culprit.
+    pub fn inconsistent(
+        &self,
+        key: &'static str,
+        others: &[&str],
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> SceneError {
+        let paths: Vec<_> = others.iter().copied().chain([key]).collect();
+        let fault = Fault::Inconsistent {
+            key,
+            problem: problem.into(),
+            remedy: remedy.into(),
+        };
+        fault.at(self.place_of(&paths))
+    }
+
     /// Where a table stands, or the nearest given one that should hold it.
     fn place_of_table(&self, path: &str) -> Place {
         let mut path = path;
@@ -180,10 +199,7 @@ impl<'t> Document<'t> {
                     }
                 }
                 (_, false, true) => {
-                    return Err(SceneError::NotATable {
-                        at: self.place(name.span().start),
-                        key: full,
-                    });
+                    return Err(Fault::NotATable { key: full }.at(self.place(name.span().start)));
                 }
                 // A key: its kind says whether the value fits, once it is read.
                 (_, true, _) => {}
@@ -219,12 +235,12 @@ impl<'t> Document<'t> {
             "" => "the top level".to_owned(),
             table => format!("[{table}]"),
         };
-        SceneError::UnknownKey {
-            at: self.place(name.span().start),
+        let unknown = Fault::UnknownKey {
             key: join(table, &name_written),
             nearest,
             known: format!("{place} knows {}", siblings.join(", ")),
-        }
+        };
+        unknown.at(self.place(name.span().start))
     }
 }
 
@@ -249,11 +265,8 @@ fn missing<K: Kind>(key: &Key<K>, at: Place) -> SceneError {
         Otherwise::Else(words) => format!("{} ({words})", key.kind.expected()),
         Otherwise::Required | Otherwise::Default(_) => key.kind.expected(),
     };
-    SceneError::Missing {
-        at,
-        key: key.path,
-        expected,
-    }
+    let key = key.path;
+    Fault::Missing { key, expected }.at(at)
 }
 
 /// What to say of a value that its key does not take.
@@ -265,27 +278,25 @@ pub(super) fn mismatched<K: Kind>(
 ) -> SceneError {
     let expected = key.kind.expected();
     let key = key.path;
-    match mismatch {
-        Mismatch::Type => SceneError::WrongType {
-            at,
+    let fault = match mismatch {
+        Mismatch::Type => Fault::WrongType {
             key,
             found,
             expected,
         },
-        Mismatch::Range => SceneError::OutOfRange {
-            at,
+        Mismatch::Range => Fault::OutOfRange {
             key,
             found,
             expected,
         },
-        Mismatch::Choice(nearest) => SceneError::UnknownChoice {
-            at,
+        Mismatch::Choice(nearest) => Fault::UnknownChoice {
             key,
             found,
             nearest: nearest.map(str::to_owned),
             expected,
         },
-    }
+    };
+    fault.at(at)
 }
 
 /// The line, counted from 1, of a byte of a text.

@@ -53,10 +53,6 @@ pub(super) trait Entry: Sync {
     fn path(&self) -> &'static str;
     /// The key's row in the guide's table (Markdown).
     fn guide_row(&self) -> String;
-    /// How the name must end for the unit's sake.
-    fn suffix(&self) -> &'static str;
-    /// Whether the default, if any, would be taken from a file.
-    fn default_is_valid(&self) -> bool;
 }
 
 impl<K: Kind> Entry for Key<K> {
@@ -71,24 +67,37 @@ impl<K: Kind> Entry for Key<K> {
             Otherwise::Else(words) => words.to_owned(),
         };
         format!(
-            "| `{}` | {} | {} | {otherwise} |",
+            "| `{}` | {} | {} | {} | {otherwise} |",
             self.name(),
             self.meaning,
-            self.kind.expected()
+            self.kind.unit().symbol(),
+            self.kind.allowed()
         )
     }
+}
 
-    fn suffix(&self) -> &'static str {
-        self.kind.unit().suffix()
-    }
-
-    fn default_is_valid(&self) -> bool {
-        match self.otherwise {
-            Otherwise::Default(literal) => toml::de::DeValue::parse(literal)
-                .is_ok_and(|value| self.kind.read(value.get_ref()).is_ok()),
-            Otherwise::Required | Otherwise::Else(_) => true,
+/// All keys with meaning, unit, allowed values and default: Markdown, a table for each table of
+/// a scene file.
+pub fn key_reference() -> String {
+    let mut reference = String::new();
+    let mut table = None;
+    for key in ALL {
+        let (here, _) = split(key.path());
+        if table != Some(here) {
+            table = Some(here);
+            let heading = match here {
+                "" => "Top level".to_owned(),
+                here if here == TILT_KNOTS.path => format!("`[[{here}]]`"),
+                here => format!("`[{here}]`"),
+            };
+            reference.push_str(&format!(
+                "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
+            ));
         }
+        reference.push_str(&key.guide_row());
+        reference.push('\n');
     }
+    reference
 }
 
 /// Defines the keys, and [`ALL`] of them in one list.

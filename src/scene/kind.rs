@@ -26,12 +26,20 @@ pub(super) trait Kind: Sync {
     /// Reads a TOML value.
     fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch>;
 
-    /// What the value must be, as the end of "it must be ...".
-    fn expected(&self) -> String;
+    /// What the value must be, without its unit.
+    fn allowed(&self) -> String;
 
     /// The unit in which it is stated.
     fn unit(&self) -> Unit {
         Unit::One
+    }
+
+    /// What the value must be, as the end of "it must be ...".
+    fn expected(&self) -> String {
+        match self.unit().symbol() {
+            "" => self.allowed(),
+            symbol => format!("{} {symbol}", self.allowed()),
+        }
     }
 }
 
@@ -108,10 +116,8 @@ impl Kind for Number {
         self.accept(stated)
     }
 
-    fn expected(&self) -> String {
-        let symbol = self.unit.symbol();
-        let space = if symbol.is_empty() { "" } else { " " };
-        format!("a number {}{space}{symbol}", self.range)
+    fn allowed(&self) -> String {
+        format!("a number {}", self.range)
     }
 
     fn unit(&self) -> Unit {
@@ -146,7 +152,7 @@ impl Kind for Count {
         }
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         format!("a whole number from {} to {}", self.min, self.max)
     }
 }
@@ -162,7 +168,7 @@ impl Kind for Seed {
         u64::try_from(integer(value)?).map_err(|_| Mismatch::Range)
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         format!("a whole number from 0 to {}", i64::MAX)
     }
 }
@@ -178,7 +184,7 @@ impl Kind for Flag {
         value.as_bool().ok_or(Mismatch::Type)
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         "true or false".to_owned()
     }
 }
@@ -199,7 +205,7 @@ impl Kind for Text {
         }
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         "a text in quotes, not empty".to_owned()
     }
 }
@@ -223,7 +229,7 @@ impl<T: Clone + Sync> Kind for Choice<T> {
             .ok_or_else(|| Mismatch::Choice(nearest(word, self.options.iter().map(|o| o.0))))
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         let names: Vec<_> = self
             .options
             .iter()
@@ -255,8 +261,8 @@ impl Kind for Vector {
         Ok(vector)
     }
 
-    fn expected(&self) -> String {
-        format!("three values [x, y, z], each {}", self.component.expected())
+    fn allowed(&self) -> String {
+        format!("three values [x, y, z], each {}", self.component.allowed())
     }
 
     fn unit(&self) -> Unit {
@@ -294,8 +300,8 @@ impl Kind for OneOrMany {
         }
     }
 
-    fn expected(&self) -> String {
-        format!("{}, or a list of them", self.item.expected())
+    fn allowed(&self) -> String {
+        format!("{}, or a list of them", self.item.allowed())
     }
 
     fn unit(&self) -> Unit {
@@ -325,7 +331,7 @@ impl Kind for Tables {
         }
     }
 
-    fn expected(&self) -> String {
+    fn allowed(&self) -> String {
         format!("a list of 1 to {} tables", self.max)
     }
 }

@@ -14,7 +14,8 @@ mod validate;
 #[cfg(test)]
 mod tests;
 
-pub use error::{Place, SceneError, SceneWarning};
+pub use error::{Fault, Place, SceneError, SceneWarning};
+pub use keys::key_reference;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::Schedule;
 pub use spec::{

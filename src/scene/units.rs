@@ -1,7 +1,7 @@
 //! The border of the units: engineering units in a scene file, SI and radians inside.
 //!
-//! Nothing else in the crate converts on the way in. A key carries its unit in its name
-//! (`tilt_deg`, `load_n`), and [`Unit::suffix`] is that part of the name.
+//! Nothing else in the crate converts on the way in. A key carries its unit in its name:
+//! `tilt_deg`, `load_n`.
 
 /// The unit in which a scene file states a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,25 +52,6 @@ impl Unit {
             Self::Micrometre | Self::Microsecond => value / 1e6,
             Self::Kilohertz => value * 1e3,
             Self::Gigapascal => value * 1e9,
-        }
-    }
-
-    /// How a key's name ends that is stated in this unit; empty for a pure number.
-    pub fn suffix(self) -> &'static str {
-        match self {
-            Self::One => "",
-            Self::Degree => "deg",
-            Self::Millimetre => "mm",
-            Self::Micrometre => "um",
-            Self::Millisecond => "ms",
-            Self::Microsecond => "us",
-            Self::Kilohertz => "khz",
-            Self::Gigapascal => "gpa",
-            Self::Newton => "n",
-            Self::KilogramPerCubicMetre => "kg_m3",
-            Self::MillimetrePerSecond => "mm_per_s",
-            Self::SecondPerMetre => "s_per_m",
-            Self::RadianPerSecond => "rad_s",
         }
     }
 
