@@ -1,8 +1,22 @@
-//! What to run: a scene, parsed and validated once; nothing downstream checks again.
+#![doc = include_str!("../guide/scenes.md")]
 
+mod error;
+mod file;
+mod keys;
+mod kind;
+mod overrides;
+mod presets;
 mod schedule;
 mod spec;
+mod units;
+mod validate;
 
+#[cfg(test)]
+mod tests;
+
+pub use error::{Fault, Place, SceneError, SceneWarning};
+pub use keys::key_reference;
+pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::Schedule;
 pub use spec::{
     AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,

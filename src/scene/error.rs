@@ -1,0 +1,236 @@
+//! What can be wrong with a scene, said in one message: what, where, and the remedy.
+
+use std::fmt;
+use std::io;
+
+use thiserror::Error;
+
+/// Where in its source a scene is at fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the user named it, or the name of a built-in scene.
+    pub file: String,
+    /// Line, counted from 1; `None` for a value that did not come from the text.
+    pub line: Option<usize>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "{}:{line}", self.file),
+            None => f.write_str(&self.file),
+        }
+    }
+}
+
+/// A scene that cannot be run. The message names the place, the key, what is allowed and, where
+/// something was probably misspelt, the nearest known name.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Neither a built-in scene nor a file has the given name.
+    #[error(
+        "no scene is called `{name}`{}; the scenes are {known}, or give the path of a scene file",
+        did_you_mean(nearest)
+    )]
+    UnknownScene {
+        /// The name asked for.
+        name: String,
+        /// The built-in scene spelt most like it, if any is close.
+        nearest: Option<String>,
+        /// All built-in scenes, for the message.
+        known: String,
+    },
+    /// The file cannot be read.
+    #[error(
+        "cannot read the scene file `{file}`; give a readable TOML file or the name of a built-in scene"
+    )]
+    Unreadable {
+        /// The path asked for.
+        file: String,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The file is far larger than a scene can sensibly be.
+    #[error(
+        "the scene file `{file}` is larger than {limit} bytes; a scene is a few kilobytes of TOML"
+    )]
+    TooLarge {
+        /// The path asked for.
+        file: String,
+        /// The largest size read, bytes.
+        limit: u64,
+    },
+    /// The content is at fault.
+    #[error("{at}: {fault}")]
+    Content {
+        /// Where: the value or key at fault, or the table that lacks a key.
+        at: Place,
+        /// What is wrong.
+        fault: Box<Fault>,
+    },
+}
+
+/// What is wrong with the content of a scene.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The bytes are not text.
+    #[error("the scene file is not UTF-8 text; save it as UTF-8")]
+    NotText,
+    /// The text is not TOML.
+    #[error(
+        "not valid TOML: {message}; `squeakscope scenes NAME` prints a valid scene to start from"
+    )]
+    Syntax {
+        /// What the parser said.
+        message: String,
+    },
+    /// A key or table that no scene has.
+    #[error("unknown key `{key}`{}; {known}", did_you_mean(nearest))]
+    UnknownKey {
+        /// Full path of the key.
+        key: String,
+        /// Full path of the known key spelt most like it, if any is close.
+        nearest: Option<String>,
+        /// The keys known in its table, for the message.
+        known: String,
+    },
+    /// A plain value under a name that is a table's.
+    #[error("`{key}` is a table, not a value; write `[{key}]` and its keys below")]
+    NotATable {
+        /// Full path of the table.
+        key: String,
+    },
+    /// A required key is absent.
+    #[error("`{key}` is missing; it must be {expected}")]
+    Missing {
+        /// Full path of the key.
+        key: &'static str,
+        /// What the value must be.
+        expected: String,
+    },
+    /// A value of another type than the key's.
+    #[error("`{key}` is {found}; it must be {expected}")]
+    WrongType {
+        /// Full path of the key.
+        key: &'static str,
+        /// The value as written, shortened.
+        found: String,
+        /// What the value must be.
+        expected: String,
+    },
+    /// A number outside its range, or not finite.
+    #[error("`{key}` = {found} is out of range; it must be {expected}")]
+    OutOfRange {
+        /// Full path of the key.
+        key: &'static str,
+        /// The value as written, shortened.
+        found: String,
+        /// What the value must be.
+        expected: String,
+    },
+    /// A word that is none of the choices.
+    #[error(
+        "`{key}` = {found} is not a choice{}; it must be {expected}",
+        did_you_mean(nearest)
+    )]
+    UnknownChoice {
+        /// Full path of the key.
+        key: &'static str,
+        /// The value as written, shortened.
+        found: String,
+        /// The choice spelt most like it, if any is close.
+        nearest: Option<String>,
+        /// What the value must be.
+        expected: String,
+    },
+    /// Values that are each allowed, but not together.
+    #[error("`{key}`: {problem}; {remedy}")]
+    Inconsistent {
+        /// Full path of its key.
+        key: &'static str,
+        /// What does not fit together.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+}
+
+impl Fault {
+    /// The error of this fault at a place.
+    pub(super) fn at(self, at: Place) -> SceneError {
+        SceneError::Content {
+            at,
+            fault: Box::new(self),
+        }
+    }
+}
+
+/// The part of a message that offers another spelling.
+fn did_you_mean(nearest: &Option<String>) -> String {
+    nearest
+        .as_ref()
+        .map(|name| format!(" (did you mean `{name}`?)"))
+        .unwrap_or_default()
+}
+
+/// The candidate spelt most like `word`, if any is close enough to be a likely misspelling.
+pub(super) fn nearest<'c>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'c str>,
+) -> Option<&'c str> {
+    /// Below this similarity (0 to 1) a suggestion confuses more than it helps.
+    const CLOSE: f64 = 0.5;
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            let likeness = strsim::normalized_damerau_levenshtein(word, candidate);
+            (likeness, candidate)
+        })
+        .filter(|(likeness, _)| *likeness >= CLOSE)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// Something in a valid scene that the user probably did not mean.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SceneWarning {
+    /// The kinetic coefficient of friction exceeds the static one, so friction grows with speed
+    /// and the negative slope that drives the squeak is gone.
+    KineticAboveStatic {
+        /// Static coefficient.
+        mu_s: f64,
+        /// Kinetic coefficient.
+        mu_d: f64,
+    },
+    /// The run ends before the tilt has gone through its whole schedule.
+    ScheduleCutShort {
+        /// Simulated time, s.
+        duration: f64,
+        /// Time of the schedule's last knot, s.
+        last_knot: f64,
+    },
+}
+
+impl fmt::Display for SceneWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::KineticAboveStatic { mu_s, mu_d } => write!(
+                f,
+                "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction then grows with \
+                 speed, and the falling part of the curve that drives squeak is absent"
+            ),
+            Self::ScheduleCutShort {
+                duration,
+                last_knot,
+            } => write!(
+                f,
+                "the run ends at {} ms, before the last knot of load.tilt at {} ms",
+                duration * 1e3,
+                last_knot * 1e3
+            ),
+        }
+    }
+}

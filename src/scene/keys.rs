@@ -1,0 +1,313 @@
+//! Every key of a scene file, once: path, meaning, kind, unit, range and default.
+//!
+//! The reader, the error messages and the tables of the guide all come from this list, so they
+//! cannot disagree.
+
+use crate::fem::LengthReading;
+use crate::joint::{Frequencies, Quadrature, StiffnessLaw};
+
+use super::kind::{
+    Choice, Count, Flag, Kind, Number, OneOrMany, Range, Seed, Tables, Text, Vector,
+};
+use super::spec::Method;
+use super::units::Unit;
+
+/// One key of a scene file.
+pub(super) struct Key<K> {
+    /// Dotted path from the top of the file.
+    pub path: &'static str,
+    /// What it is, for the guide.
+    pub meaning: &'static str,
+    /// What it can be.
+    pub kind: K,
+    /// What holds if it is not given.
+    pub otherwise: Otherwise,
+}
+
+impl<K> Key<K> {
+    /// The key's own name, the last part of its path.
+    pub fn name(&self) -> &'static str {
+        split(self.path).1
+    }
+}
+
+/// The table and the name of a dotted path.
+pub(super) fn split(path: &str) -> (&str, &str) {
+    path.rsplit_once('.').unwrap_or(("", path))
+}
+
+/// What holds if a key is not given.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Otherwise {
+    /// The scene is refused.
+    Required,
+    /// A value, written as it would be in the file.
+    Default(&'static str),
+    /// Something else, said here in words for the guide.
+    Else(&'static str),
+}
+
+/// What is known of a key whatever its kind.
+pub(super) trait Entry: Sync {
+    /// Dotted path from the top of the file.
+    fn path(&self) -> &'static str;
+    /// The key's row in the guide's table (Markdown).
+    fn guide_row(&self) -> String;
+}
+
+impl<K: Kind> Entry for Key<K> {
+    fn path(&self) -> &'static str {
+        self.path
+    }
+
+    fn guide_row(&self) -> String {
+        let otherwise = match self.otherwise {
+            Otherwise::Required => "required".to_owned(),
+            Otherwise::Default(literal) => format!("`{literal}`"),
+            Otherwise::Else(words) => words.to_owned(),
+        };
+        format!(
+            "| `{}` | {} | {} | {} | {otherwise} |",
+            self.name(),
+            self.meaning,
+            self.kind.unit().symbol(),
+            self.kind.allowed()
+        )
+    }
+}
+
+/// All keys with meaning, unit, allowed values and default: Markdown, a table for each table of
+/// a scene file.
+pub fn key_reference() -> String {
+    let mut reference = String::new();
+    let mut table = None;
+    for key in ALL {
+        let (here, _) = split(key.path());
+        if table != Some(here) {
+            table = Some(here);
+            let heading = match here {
+                "" => "Top level".to_owned(),
+                here if here == TILT_KNOTS.path => format!("`[[{here}]]`"),
+                here => format!("`[{here}]`"),
+            };
+            reference.push_str(&format!(
+                "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
+            ));
+        }
+        reference.push_str(&key.guide_row());
+        reference.push('\n');
+    }
+    reference
+}
+
+/// Defines the keys, and [`ALL`] of them in one list.
+macro_rules! keys {
+    ($( #[doc = $meaning:literal] $name:ident: $kind:ty = $path:literal, $otherwise:expr, $spec:expr; )*) => {
+        $(
+            #[doc = $meaning]
+            pub(super) static $name: Key<$kind> = Key {
+                path: $path,
+                meaning: $meaning.trim_ascii(),
+                kind: $spec,
+                otherwise: $otherwise,
+            };
+        )*
+        /// All keys, in the order of the guide.
+        pub(super) static ALL: &[&dyn Entry] = &[$( &$name ),*];
+    };
+}
+
+const fn number(unit: Unit, range: Range) -> Number {
+    Number { unit, range }
+}
+
+use Otherwise::{Default, Else, Required};
+use Unit::{
+    Degree, Gigapascal, KilogramPerCubicMetre, Kilohertz, Micrometre, Microsecond, Millimetre,
+    MillimetrePerSecond, Millisecond, Newton, One, RadianPerSecond, SecondPerMetre,
+};
+
+keys! {
+    /// Name of the scene.
+    NAME: Text = "name", Else("the file's name"), Text;
+    /// One line that says what the scene shows.
+    TITLE: Text = "title", Else("the name"), Text;
+    /// A few sentences (Markdown) on what to look for.
+    ABOUT: Text = "about", Else("empty"), Text;
+
+    /// Diameter of the ball; smaller than the socket's.
+    BALL_DIAMETER: Number = "body.ball_diameter_mm", Default("31.75"),
+        number(Millimetre, Range::Closed(1.0, 500.0));
+    /// Diameter of the beam; smaller than the ball's.
+    BEAM_DIAMETER: Number = "body.beam_diameter_mm", Default("20"),
+        number(Millimetre, Range::Closed(0.5, 500.0));
+    /// Length of the beam.
+    BEAM_LENGTH: Number = "body.beam_length_mm", Default("200"),
+        number(Millimetre, Range::Closed(1.0, 5000.0));
+    /// Where that length ends: where beam and sphere meet, or at the ball's centre.
+    BEAM_REACHES: Choice<LengthReading> = "body.beam_reaches", Default("\"sphere\""),
+        Choice { options: &[("sphere", LengthReading::ToSphere), ("centre", LengthReading::ToCentre)] };
+    /// Young's modulus of ball and beam.
+    BODY_YOUNG: Number = "body.young_gpa", Default("207"),
+        number(Gigapascal, Range::Closed(0.001, 2000.0));
+    /// Poisson's ratio of ball and beam.
+    BODY_POISSON: Number = "body.poisson", Default("0.30"), number(One, Range::Open(-1.0, 0.5));
+    /// Density of ball and beam.
+    DENSITY: Number = "body.density_kg_m3", Default("7800"),
+        number(KilogramPerCubicMetre, Range::Closed(10.0, 30_000.0));
+    /// Edge length of the finite elements.
+    ELEMENT_SIZE: Number = "body.element_size_mm", Default("4.0"),
+        number(Millimetre, Range::Closed(0.1, 100.0));
+    /// Natural frequencies: the seven of Fig. 2 of the paper, or the finite-element model's own.
+    FREQUENCIES: Choice<Frequencies> = "body.frequencies", Default("\"published\""),
+        Choice { options: &[("published", Frequencies::Published), ("fe", Frequencies::FiniteElement)] };
+    /// Bending pairs that take part, from the lowest up; each gives two modes.
+    BENDING_PAIRS: Count = "body.bending_pairs", Default("4"), Count { min: 0, max: 50 };
+    /// Torsion modes that take part, from the lowest up.
+    TORSION: Count = "body.torsion", Default("2"), Count { min: 0, max: 50 };
+    /// Axial modes that take part, from the lowest up.
+    AXIAL: Count = "body.axial", Default("1"), Count { min: 0, max: 50 };
+
+    /// Diameter of the socket; larger than the ball's.
+    SOCKET_DIAMETER: Number = "socket.diameter_mm", Default("31.95"),
+        number(Millimetre, Range::Closed(1.0, 1000.0));
+    /// Young's modulus of the socket.
+    SOCKET_YOUNG: Number = "socket.young_gpa", Default("70"),
+        number(Gigapascal, Range::Closed(0.001, 2000.0));
+    /// Poisson's ratio of the socket.
+    SOCKET_POISSON: Number = "socket.poisson", Default("0.33"), number(One, Range::Open(-1.0, 0.5));
+
+    /// Force that presses the ball into the socket.
+    LOAD: Number = "load.load_n", Required, number(Newton, Range::Positive(1e6));
+    /// Tilt of the load against the beam's axis, constant in time.
+    TILT: Number = "load.tilt_deg", Else("exactly one of `tilt_deg` and `tilt`"),
+        number(Degree, Range::Closed(-90.0, 90.0));
+    /// Tilt as a function of time instead: knots, straight lines between them, constant outside.
+    TILT_KNOTS: Tables = "load.tilt", Else("exactly one of `tilt_deg` and `tilt`"), Tables { max: 10_000 };
+    /// Direction of the tilt: from +x towards +y.
+    AZIMUTH: Number = "load.azimuth_deg", Default("0"),
+        number(Degree, Range::Closed(-360.0, 360.0));
+
+    /// Time of the knot; later than the one before.
+    KNOT_TIME: Number = "load.tilt.time_ms", Required,
+        number(Millisecond, Range::Closed(0.0, 1e6));
+    /// Tilt at that time.
+    KNOT_TILT: Number = "load.tilt.tilt_deg", Required,
+        number(Degree, Range::Closed(-90.0, 90.0));
+
+    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where nothing slides.
+    ROTATION: Vector = "rotation.rad_s", Default("[0.7071067811865476, 0.7071067811865476, 0]"),
+        Vector { component: number(RadianPerSecond, Range::Closed(-1e4, 1e4)) };
+
+    /// Number of contact nodes.
+    NODES: Count = "contact.nodes", Default("100"), Count { min: 1, max: 10_000 };
+    /// Where the nodes are: rings of cells, or a Gauss rule in the weight of the Hertz pressure.
+    QUADRATURE: Choice<Quadrature> = "contact.quadrature", Default("\"rings\""),
+        Choice { options: &[("rings", Quadrature::Rings), ("gauss", Quadrature::Gauss)] };
+    /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
+    STIFFNESS_FACTOR: Number = "contact.stiffness_factor", Default("1.0"),
+        number(One, Range::Positive(1000.0));
+    /// How the stiffness is spread over the patch: evenly, or like the pre-stress.
+    STIFFNESS: Choice<StiffnessLaw> = "contact.stiffness", Default("\"uniform\""),
+        Choice { options: &[("uniform", StiffnessLaw::Uniform), ("pre-stress", StiffnessLaw::LikePreStress)] };
+    /// Factor on the Hertz radius of the patch; load and total stiffness are kept.
+    RADIUS_FACTOR: Number = "contact.radius_factor", Default("1.0"),
+        number(One, Range::Closed(0.1, 5.0));
+    /// Whether contact nodes can lift off, Eq. (2).
+    UNILATERAL: Flag = "contact.unilateral", Default("true"), Flag;
+
+    /// The law of friction: Eq. (5).
+    LAW: Choice<Law> = "friction.law", Default("\"stribeck\""),
+        Choice { options: &[("stribeck", Law::Stribeck)] };
+    /// Static coefficient of friction.
+    MU_S: Number = "friction.mu_s", Required, number(One, Range::Closed(0.0, 10.0));
+    /// Kinetic coefficient of friction; usually at most the static one.
+    MU_D: Number = "friction.mu_d", Required, number(One, Range::Closed(0.0, 10.0));
+    /// Slope factor of the creep region, `d` of Eq. (5); the larger, the sharper the rise at rest.
+    CREEP_SLOPE: Number = "friction.creep_slope_s_per_m", Default("1000"),
+        number(SecondPerMetre, Range::Positive(1e6));
+    /// Slope factor of the sliding region, `f` of Eq. (5); the larger, the steeper the fall.
+    STRIBECK_SLOPE: Number = "friction.stribeck_slope_s_per_m", Default("10"),
+        number(SecondPerMetre, Range::Closed(0.0, 1e6));
+    /// Whether the radial part of the friction force in Eq. (8) is kept.
+    RADIAL: Flag = "friction.radial", Default("true"), Flag;
+
+    /// Damping ratio of all modes, or of each mode in the order of frequency.
+    DAMPING: OneOrMany = "damping.ratio", Required,
+        OneOrMany { item: number(One, Range::HalfOpen(0.0, 1.0)) };
+
+    /// Standard deviation of each modal velocity at the start, in sqrt(kg) mm/s; 0 is exactly at rest.
+    KICK: Number = "start.kick_mm_per_s", Default("0.01"),
+        number(MillimetrePerSecond, Range::Closed(0.0, 1000.0));
+    /// Seed of the random kick.
+    SEED: Seed = "start.seed", Default("1"), Seed;
+
+    /// Simulated time.
+    DURATION: Number = "time.duration_ms", Required, number(Millisecond, Range::Closed(0.1, 1e5));
+    /// Samples a millisecond.
+    SAMPLE_RATE: Number = "time.sample_rate_khz", Default("200"),
+        number(Kilohertz, Range::Closed(10.0, 2000.0));
+    /// Samples that travel together from simulation to analysis.
+    FRAME_SAMPLES: Count = "time.frame_samples", Default("256"), Count { min: 1, max: 65_536 };
+    /// Integrator: exponential pair of order 5(4), plain pair of order 5(4), or classical fixed-step Runge-Kutta.
+    METHOD: Choice<Method> = "time.method", Default("\"lawson54\""),
+        Choice { options: &[("lawson54", Method::Lawson54), ("tsit54", Method::Tsit54), ("rk4", Method::Rk4)] };
+    /// Relative tolerance of the adaptive integrators.
+    TOLERANCE: Number = "time.tolerance", Default("1e-5"), number(One, Range::Closed(1e-13, 1e-2));
+    /// Largest step of the adaptive integrators; the step of `rk4`, which has no default.
+    MAX_STEP: Number = "time.max_step_us", Default("20"),
+        number(Microsecond, Range::Closed(0.001, 1000.0));
+
+    /// Length of the sliding window.
+    SPECTRUM_WINDOW: Number = "analysis.spectrum.window_ms", Default("20"),
+        number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between spectra.
+    SPECTRUM_EVERY: Number = "analysis.spectrum.every_ms", Default("5"),
+        number(Millisecond, Range::Closed(0.01, 10_000.0));
+
+    /// Length of the window of one column.
+    SPECTROGRAM_WINDOW: Number = "analysis.spectrogram.window_ms", Default("5"),
+        number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between columns.
+    SPECTROGRAM_EVERY: Number = "analysis.spectrogram.every_ms", Default("0.5"),
+        number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Highest frequency kept; at most half the sample rate.
+    MAX_FREQUENCY: Number = "analysis.spectrogram.max_frequency_khz", Default("20"),
+        number(Kilohertz, Range::Closed(0.1, 1000.0));
+
+    /// Length of the sliding window.
+    RECURRENCE_WINDOW: Number = "analysis.recurrence.window_ms", Default("5"),
+        number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Points along a side of the plot.
+    RECURRENCE_SIZE: Count = "analysis.recurrence.size", Default("400"), Count { min: 16, max: 2048 };
+    /// Time between plots.
+    RECURRENCE_EVERY: Number = "analysis.recurrence.every_ms", Default("2.5"),
+        number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
+    LAG: Number = "analysis.recurrence.lag_us", Default("60"),
+        number(Microsecond, Range::Closed(0.5, 1e6));
+    /// Embedding dimension m of Eq. (25).
+    DIMENSION: Count = "analysis.recurrence.dimension", Default("5"), Count { min: 1, max: 20 };
+    /// Threshold of Eq. (26): the share of pairs of states that shall be recurrent.
+    THRESHOLD_RATE: Number = "analysis.recurrence.threshold_rate", Else("exactly one of `threshold_rate` and `threshold_um`"),
+        number(One, Range::Open(0.0, 1.0));
+    /// Threshold of Eq. (26) as a distance between delay vectors instead.
+    THRESHOLD_DISTANCE: Number = "analysis.recurrence.threshold_um", Else("exactly one of `threshold_rate` and `threshold_um`"),
+        number(Micrometre, Range::Positive(1e6));
+
+    /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here.
+    PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
+    /// Snapshots of the deforming body a millisecond.
+    BODY_RATE: Number = "record.body_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
+    /// Energy samples a millisecond.
+    ENERGY_RATE: Number = "record.energy_rate_khz", Default("10"), number(Kilohertz, Range::Positive(2000.0));
+    /// Factor by which the body's deformation is shown larger than it is.
+    EXAGGERATION: Number = "record.exaggeration", Default("2000"), number(One, Range::Closed(1.0, 1e9));
+}
+
+/// The friction laws by name; their parameters are keys of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Law {
+    /// Eq. (5).
+    Stribeck,
+}

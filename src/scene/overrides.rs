@@ -1,0 +1,73 @@
+//! What a command line may change of a scene, under the same ranges as in a file.
+
+use super::error::{Place, SceneError, SceneWarning};
+use super::file::mismatched;
+use super::keys::{self, Key};
+use super::kind::Number;
+use super::schedule::Schedule;
+use super::spec::Scene;
+use super::validate::sliding;
+use crate::joint::Friction;
+
+impl Scene {
+    /// The same scene at a constant tilt, in degrees; -90 to 90.
+    ///
+    /// # Errors
+    /// When the tilt is out of range, or the central contact point would not slide.
+    pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
+        let tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
+        sliding(&self.joint, &tilt, || self.place_of_override())?;
+        self.tilt = tilt;
+        Ok(self)
+    }
+
+    /// The same scene run for another time, in milliseconds; 0.1 to 100,000.
+    ///
+    /// # Errors
+    /// When the time is out of range.
+    pub fn with_duration(mut self, duration_ms: f64) -> Result<Self, SceneError> {
+        self.duration = self.overridden(&keys::DURATION, duration_ms)?;
+        Ok(self)
+    }
+
+    /// What is allowed in this scene but probably not meant.
+    pub fn warnings(&self) -> Vec<SceneWarning> {
+        let mut warnings = Vec::new();
+        if let Friction::Stribeck { mu_s, mu_d, .. } = self.joint.friction
+            && mu_d > mu_s
+        {
+            warnings.push(SceneWarning::KineticAboveStatic { mu_s, mu_d });
+        }
+        if let Some(&(last_knot, _)) = self.tilt.knots().last()
+            && last_knot > self.duration
+        {
+            warnings.push(SceneWarning::ScheduleCutShort {
+                duration: self.duration,
+                last_knot,
+            });
+        }
+        warnings
+    }
+
+    /// Takes a value in place of a key's, and notes it at the end of the recorded text.
+    fn overridden(&mut self, key: &Key<Number>, stated: f64) -> Result<f64, SceneError> {
+        let value = key.kind.accept(stated).map_err(|mismatch| {
+            mismatched(key, mismatch, self.place_of_override(), stated.to_string())
+        })?;
+        if !self.text.ends_with('\n') {
+            self.text.push('\n');
+        }
+        self.text.push_str(&format!(
+            "# overridden for this run: {} = {stated}\n",
+            key.path
+        ));
+        Ok(value)
+    }
+
+    fn place_of_override(&self) -> Place {
+        Place {
+            file: format!("override of scene {}", self.name),
+            line: None,
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
+
+mod joint;
+mod output;
+mod tilt;
+
+use super::error::{Fault, Place, SceneError};
+use super::file::{Document, line_of};
+use super::keys;
+use super::spec::{Integrator, Method, Scene, Start};
+
+pub(super) use tilt::sliding;
+
+impl Scene {
+    /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
+    /// its stem names the scene if the text does not.
+    ///
+    /// # Errors
+    /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
+    /// missing, mistyped or out of range, values that do not fit together.
+    pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
+        let content = content.as_ref();
+        let text = std::str::from_utf8(content).map_err(|error| {
+            let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
+            Fault::NotText.at(Place {
+                file: file.to_owned(),
+                line: Some(line_of(&valid, valid.len())),
+            })
+        })?;
+        // Some editors put a byte-order mark first; it is no part of the text.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        build(&Document::parse(file, text)?, file, text)
+    }
+}
+
+fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, SceneError> {
+    let stem = std::path::Path::new(file).file_stem();
+    let name = match document.find(&keys::NAME)? {
+        Some(name) => name,
+        None => stem.unwrap_or_default().to_string_lossy().into_owned(),
+    };
+    let title = document.find(&keys::TITLE)?;
+    let about = document.find(&keys::ABOUT)?;
+    let sample_rate = document.get(&keys::SAMPLE_RATE)?;
+    let scene = Scene {
+        title: title.unwrap_or_else(|| name.clone()),
+        about: about.unwrap_or_default(),
+        name,
+        text: text.to_owned(),
+        joint: joint::joint(document)?,
+        tilt: tilt::tilt(document)?,
+        start: Start {
+            kick: document.get(&keys::KICK)?,
+            seed: document.get(&keys::SEED)?,
+        },
+        duration: document.get(&keys::DURATION)?,
+        sample_rate,
+        frame_samples: document.get(&keys::FRAME_SAMPLES)?,
+        integrator: integrator(document)?,
+        analysis: output::analysis(document, sample_rate)?,
+        record: output::record(document, sample_rate)?,
+    };
+    let motion = [
+        keys::ROTATION.path,
+        keys::AZIMUTH.path,
+        keys::TILT.path,
+        keys::TILT_KNOTS.path,
+    ];
+    sliding(&scene.joint, &scene.tilt, || document.place_of(&motion))?;
+    Ok(scene)
+}
+
+fn integrator(document: &Document<'_>) -> Result<Integrator, SceneError> {
+    let method = document.get(&keys::METHOD)?;
+    if method == Method::Rk4 && !document.has(keys::MAX_STEP.path) {
+        return Err(document.inconsistent(
+            keys::MAX_STEP.path,
+            &[keys::METHOD.path],
+            "rk4 takes fixed steps, and none is given",
+            "add time.max_step_us; 0.4 to 1.6 fits the paper's joint",
+        ));
+    }
+    Ok(Integrator {
+        method,
+        tolerance: document.get(&keys::TOLERANCE)?,
+        max_step: document.get(&keys::MAX_STEP)?,
+    })
+}
