@@ -1,0 +1,425 @@
+//! One-sided amplitude spectra and their lines.
+//!
+//! Convention: amplitudes are in the signal's unit, and a sine of amplitude `A` at a bin gives
+//! `A` there:
+//!
+//! ```text
+//! A_k = c_k |sum_n w_n x_n exp(-2 pi i k n / N)| / sum_n w_n,   c_k = 2; 1 at 0 Hz and at Nyquist
+//! ```
+//!
+//! A line is a local maximum that stands out of the floor round it. Its frequency and amplitude
+//! are refined below a bin: a parabola through the logarithms of three bins, then the parabola's
+//! own bias, known from the window's transform, is removed. For a lone steady sine at least ten
+//! bins from 0 Hz and from Nyquist the error that remains is below 1e-4 bin and 1e-4 of the
+//! amplitude with either window; without the second step it is 0.016 bin (Hann).
+
+use std::sync::Arc;
+
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+use super::{AnalysisError, Window};
+
+/// The fewest samples a spectrum is taken of.
+const FEWEST_SAMPLES: usize = 16;
+
+/// Bins a block over which the local floor is estimated.
+const FLOOR_BLOCK: usize = 64;
+
+/// Lower quartile over median of a Rayleigh distribution, the law of the amplitude of Gaussian
+/// noise in a bin: `sqrt(ln(4/3) / ln 2)`.
+const QUARTILE_OVER_MEDIAN: f64 = 0.644_23;
+
+/// Takes spectra of slices; keeps the plan, the window and the buffers from one to the next.
+pub struct SpectrumAnalyser {
+    window: Window,
+    sample_rate: f64,
+    planner: FftPlanner<f64>,
+    plan: Option<Plan>,
+}
+
+/// What one length of slice needs.
+struct Plan {
+    fft: Arc<dyn Fft<f64>>,
+    weights: Vec<f64>,
+    values: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+}
+
+impl SpectrumAnalyser {
+    /// Spectra under `window` of samples at `sample_rate` (Hz).
+    pub fn new(window: Window, sample_rate: f64) -> Self {
+        Self {
+            window,
+            sample_rate,
+            planner: FftPlanner::new(),
+            plan: None,
+        }
+    }
+
+    /// The spectrum of all of `signal`. Slices of one length in a row are fastest.
+    ///
+    /// # Errors
+    /// [`AnalysisError::TooShort`] below 16 samples.
+    pub fn analyse(&mut self, signal: &[f64]) -> Result<Spectrum, AnalysisError> {
+        let n = signal.len();
+        if n < FEWEST_SAMPLES {
+            return Err(AnalysisError::TooShort {
+                what: "spectrum",
+                have: n,
+                need: FEWEST_SAMPLES,
+            });
+        }
+        let plan = match self.plan.take().filter(|plan| plan.weights.len() == n) {
+            Some(plan) => plan,
+            None => self.plan_for(n),
+        };
+        let plan = self.plan.insert(plan);
+        for ((value, x), w) in plan.values.iter_mut().zip(signal).zip(&plan.weights) {
+            *value = Complex::new(x * w, 0.0);
+        }
+        plan.fft
+            .process_with_scratch(&mut plan.values, &mut plan.scratch);
+        let scale = 1.0 / (n as f64 * self.window.coherent_gain());
+        let amplitude = plan.values[..=n / 2].iter().enumerate().map(|(k, value)| {
+            let sides = if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
+            sides * scale * value.norm_sqr().sqrt()
+        });
+        Ok(Spectrum {
+            bin: self.sample_rate / n as f64,
+            window: self.window,
+            amplitude: amplitude.collect(),
+        })
+    }
+
+    fn plan_for(&mut self, n: usize) -> Plan {
+        let fft = self.planner.plan_fft_forward(n);
+        Plan {
+            weights: self.window.samples(n),
+            values: vec![Complex::default(); n],
+            scratch: vec![Complex::default(); fft.get_inplace_scratch_len()],
+            fft,
+        }
+    }
+}
+
+/// A one-sided amplitude spectrum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// Spacing of the bins, Hz; the first is 0 Hz, the last at or just below Nyquist.
+    pub bin: f64,
+    /// The window it was taken under.
+    pub window: Window,
+    /// Amplitude of each bin, in the signal's unit.
+    pub amplitude: Vec<f64>,
+}
+
+/// A spectral line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Amplitude, in the signal's unit.
+    pub amplitude: f64,
+}
+
+/// What counts as a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineCriterion {
+    /// Least ratio to the local floor. In Gaussian noise a bin exceeds `r` times the median
+    /// amplitude with probability `2^(-r^2)`.
+    pub above_floor: f64,
+    /// Least ratio to the largest amplitude of the spectrum.
+    pub below_strongest: f64,
+    /// The most lines kept, the strongest first.
+    pub most: usize,
+}
+
+impl Default for LineCriterion {
+    /// 5 times the floor (14 dB: one false line in some thousand spectra of noise), at most 60 dB
+    /// below the strongest, twelve lines.
+    fn default() -> Self {
+        Self {
+            above_floor: 5.0,
+            below_strongest: 1e-3,
+            most: 12,
+        }
+    }
+}
+
+impl Spectrum {
+    /// The floor under the lines at each bin: the median amplitude that noise would have, in
+    /// blocks of 64 bins, joined linearly.
+    ///
+    /// Each block's is found from its lower quartile, which a few lines do not reach.
+    pub fn floor(&self) -> Vec<f64> {
+        let blocks = (self.amplitude.len() / FLOOR_BLOCK).max(1);
+        let width = self.amplitude.len() as f64 / blocks as f64;
+        let mut block = Vec::new();
+        let levels: Vec<f64> = (0..blocks)
+            .map(|b| {
+                let from = (b as f64 * width) as usize;
+                let to = ((b + 1) as f64 * width) as usize;
+                block.clear();
+                block.extend_from_slice(&self.amplitude[from..to]);
+                let quarter = block.len() / 4;
+                *block.select_nth_unstable_by(quarter, f64::total_cmp).1 / QUARTILE_OVER_MEDIAN
+            })
+            .collect();
+        let level_at = |k: usize| {
+            let place = ((k as f64 + 0.5) / width - 0.5).clamp(0.0, (blocks - 1) as f64);
+            let left = place as usize;
+            let right = (left + 1).min(blocks - 1);
+            levels[left] + (levels[right] - levels[left]) * (place - left as f64)
+        };
+        (0..self.amplitude.len()).map(level_at).collect()
+    }
+
+    /// The lines, strongest first. Lines closer to 0 Hz or to Nyquist than the window's half
+    /// lobe cannot be told from a constant and are left out.
+    pub fn lines(&self, criterion: &LineCriterion) -> Vec<Line> {
+        let strongest = self.amplitude.iter().copied().fold(0.0, f64::max);
+        let least = criterion.below_strongest * strongest;
+        let floor = self.floor();
+        let edge = self.window.half_lobe();
+        let mut lines: Vec<Line> = (edge..self.amplitude.len().saturating_sub(edge))
+            .filter(|&k| {
+                let a = self.amplitude[k];
+                a > 0.0 && a >= least && a > criterion.above_floor * floor[k] && self.is_top(k)
+            })
+            .map(|k| self.refine(k))
+            .collect();
+        lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        lines.truncate(criterion.most);
+        lines
+    }
+
+    /// Broadband share: the power outside the main lobes of `lines` over the whole power, 0 to
+    /// 1; the main lobe about 0 Hz is left out of both. 0 for a silent signal.
+    ///
+    /// What noise there is under the lines counts as theirs: a lower bound.
+    pub fn broadband_share(&self, lines: &[Line]) -> f64 {
+        let half_lobe = self.window.half_lobe() as f64;
+        let (mut all, mut outside) = (0.0, 0.0);
+        for (k, a) in self
+            .amplitude
+            .iter()
+            .enumerate()
+            .skip(self.window.half_lobe())
+        {
+            let away = |line: &Line| (line.frequency / self.bin - k as f64).abs() >= half_lobe;
+            all += a * a;
+            if lines.iter().all(away) {
+                outside += a * a;
+            }
+        }
+        if all > 0.0 { outside / all } else { 0.0 }
+    }
+
+    /// Whether bin `k` is the largest of the five about it.
+    fn is_top(&self, k: usize) -> bool {
+        let a = &self.amplitude;
+        a[k - 1] < a[k] && a[k - 2] < a[k] && a[k + 1] <= a[k] && a[k + 2] <= a[k]
+    }
+
+    /// The line whose largest bin is `k`.
+    fn refine(&self, k: usize) -> Line {
+        let level = |a: f64| a.abs().max(f64::MIN_POSITIVE).ln();
+        let measured = vertex([k - 1, k, k + 1].map(|i| level(self.amplitude[i])));
+        // The parabola maps the true offset to `measured` by a known function, close to the
+        // identity; the fixed point is reached to 1e-12 in a few rounds.
+        let mut offset = measured;
+        for _ in 0..8 {
+            let model = [-1.0, 0.0, 1.0].map(|bin| level(self.window.response(bin - offset)));
+            offset = (offset + measured - vertex(model)).clamp(-0.5, 0.5);
+        }
+        Line {
+            frequency: (k as f64 + offset) * self.bin,
+            amplitude: self.amplitude[k] / self.window.response(offset),
+        }
+    }
+}
+
+/// Where the parabola through `(-1, y0), (0, y1), (1, y2)` has its vertex; `y1` is the largest
+/// and larger than `y0`.
+fn vertex([y0, y1, y2]: [f64; 3]) -> f64 {
+    0.5 * (y0 - y2) / (y0 - 2.0 * y1 + y2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::test_signals::{noise, sines};
+
+    const RATE: f64 = 200_000.0;
+    const N: usize = 4000;
+    const BIN: f64 = RATE / N as f64;
+    const ALL: [Window; 2] = [Window::Hann, Window::BlackmanHarris];
+
+    fn spectrum(window: Window, signal: &[f64]) -> Spectrum {
+        SpectrumAnalyser::new(window, RATE).analyse(signal).unwrap()
+    }
+
+    #[test]
+    fn sine_at_a_bin_gives_its_amplitude_there() {
+        for window in ALL {
+            let s = spectrum(window, &sines(RATE, N, &[(82.0 * BIN, 0.017, 0.3)]));
+            assert!((s.amplitude[82] - 0.017).abs() < 1e-15);
+            assert_eq!(s.bin, BIN);
+            assert_eq!(s.amplitude.len(), N / 2 + 1);
+            let edge = window.half_lobe();
+            let leak = (edge..N / 2).filter(|k| k.abs_diff(82) >= edge);
+            assert!(leak.map(|k| s.amplitude[k]).fold(0.0, f64::max) < 1e-16);
+        }
+    }
+
+    #[test]
+    fn constant_and_nyquist_are_not_doubled() {
+        let signal: Vec<f64> = (0..N)
+            .map(|i| if i % 2 == 0 { 5.0 } else { -1.0 })
+            .collect();
+        for window in ALL {
+            let s = spectrum(window, &signal);
+            assert!((s.amplitude[0] - 2.0).abs() < 1e-13);
+            assert!((s.amplitude[N / 2] - 3.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn odd_and_prime_lengths_work() {
+        for n in [16, 17, 997] {
+            let bin = RATE / n as f64;
+            let s = spectrum(Window::Hann, &sines(RATE, n, &[(5.0 * bin, 2.0, 0.0)]));
+            assert!((s.amplitude[5] - 2.0).abs() < 1e-12);
+            assert_eq!(s.amplitude.len(), n / 2 + 1);
+        }
+    }
+
+    #[test]
+    fn frequency_and_amplitude_are_refined_far_below_a_bin() {
+        for window in ALL {
+            for step in 0..=20 {
+                let frequency = (82.0 + 0.05 * f64::from(step)) * BIN;
+                let signal = sines(RATE, N, &[(frequency, 0.017, 1.1)]);
+                let lines = spectrum(window, &signal).lines(&LineCriterion::default());
+                assert!((lines[0].frequency - frequency).abs() < 1e-4 * BIN);
+                assert!((lines[0].amplitude / 0.017 - 1.0).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn the_error_stated_holds_from_ten_bins_on() {
+        for window in ALL {
+            for phase in [0.0, 0.7, 1.4, 2.1, 2.8] {
+                let frequency = 10.37 * BIN;
+                let signal = sines(RATE, N, &[(frequency, 1.0, phase)]);
+                let line = spectrum(window, &signal).lines(&LineCriterion::default())[0];
+                assert!(
+                    (line.frequency - frequency).abs() < 1e-4 * BIN,
+                    "{window:?}"
+                );
+                assert!((line.amplitude - 1.0).abs() < 1e-4, "{window:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn lone_sine_has_one_line_and_only_its_side_lobes_are_broadband() {
+        let signal = sines(RATE, N, &[(82.4 * BIN, 0.017, 1.1)]);
+        let s = spectrum(Window::BlackmanHarris, &signal);
+        let lines = s.lines(&LineCriterion::default());
+        assert_eq!(lines.len(), 1);
+        let power = |from: f64, to: f64| {
+            let bins = (-400..=400).map(|k| f64::from(k) - 0.4);
+            let within = bins.filter(|x| x.abs() >= from && x.abs() < to);
+            within.map(|x| s.window.response(x).powi(2)).sum::<f64>()
+        };
+        let side_lobes = power(4.0, 400.0) / power(0.0, 400.0);
+        assert!((s.broadband_share(&lines) / side_lobes - 1.0).abs() < 0.05);
+        assert!(side_lobes < 1e-8);
+    }
+
+    #[test]
+    fn lines_of_a_torus_are_found_strongest_first() {
+        // Four lines of the natural set's torus, two of them 240 Hz apart.
+        let tones = [
+            (4110.0, 15e-3, 0.1),
+            (3870.0, 4e-3, 0.7),
+            (12_330.0, 2e-3, 1.9),
+            (240.0, 0.1e-3, 2.5),
+        ];
+        let s = spectrum(Window::BlackmanHarris, &sines(RATE, N, &tones));
+        let lines = s.lines(&LineCriterion::default());
+        assert_eq!(lines.len(), tones.len());
+        for (line, (frequency, amplitude, _)) in lines.iter().zip(tones) {
+            assert!((line.frequency - frequency).abs() < 0.02 * BIN, "{line:?}");
+            assert!((line.amplitude / amplitude - 1.0).abs() < 0.02, "{line:?}");
+        }
+    }
+
+    #[test]
+    fn noise_has_no_lines_and_is_all_broadband() {
+        let mut false_lines = 0;
+        for seed in 0..50 {
+            let s = spectrum(Window::BlackmanHarris, &noise(seed, N, 1e-3));
+            let lines = s.lines(&LineCriterion::default());
+            false_lines += lines.len();
+            assert!(s.broadband_share(&lines) > 0.95);
+        }
+        assert!(
+            false_lines <= 1,
+            "{false_lines} lines in fifty spectra of noise"
+        );
+    }
+
+    #[test]
+    fn floor_is_the_median_of_noise_and_ignores_a_line() {
+        // White noise of deviation s: a bin's amplitude is Rayleigh, its median
+        // s sqrt(4 ln 2 ENBW / N), with ENBW = 2.0044 bins for the four-term window (Harris).
+        let mut signal = noise(3, N, 1e-3);
+        let expected = 1e-3 * (4.0 * f64::ln(2.0) * 2.0044 / N as f64).sqrt();
+        for strength in [0.0, 10.0] {
+            let tone = sines(RATE, N, &[(900.3 * BIN, strength, 0.0)]);
+            signal.iter_mut().zip(&tone).for_each(|(x, t)| *x += t);
+            let floor = spectrum(Window::BlackmanHarris, &signal).floor();
+            let away = &floor[100..700];
+            let mean = away.iter().sum::<f64>() / away.len() as f64;
+            assert!((mean / expected - 1.0).abs() < 0.1, "{}", mean / expected);
+        }
+    }
+
+    #[test]
+    fn broadband_share_is_the_noise_power_outside_the_lines() {
+        // Sine of power 0.5 and noise of power 0.125 in 2001 bins, of which the line takes 7.
+        let mut signal = noise(8, N, 0.125_f64.sqrt());
+        let tone = sines(RATE, N, &[(300.2 * BIN, 1.0, 0.0)]);
+        signal.iter_mut().zip(&tone).for_each(|(x, t)| *x += t);
+        let s = spectrum(Window::BlackmanHarris, &signal);
+        let share = s.broadband_share(&s.lines(&LineCriterion::default()));
+        assert!((share - 0.2).abs() < 0.02, "{share}");
+    }
+
+    #[test]
+    fn silence_has_no_lines_and_no_nan() {
+        for signal in [vec![0.0; N], vec![3.0; N]] {
+            let s = spectrum(Window::BlackmanHarris, &signal);
+            assert!(s.amplitude.iter().all(|a| a.is_finite()));
+            assert!(s.lines(&LineCriterion::default()).is_empty());
+            assert!(s.broadband_share(&[]).is_finite());
+        }
+        let zero = spectrum(Window::Hann, &[0.0; N]);
+        assert_eq!(zero.broadband_share(&[]), 0.0);
+    }
+
+    #[test]
+    fn too_short_is_refused() {
+        let result = SpectrumAnalyser::new(Window::Hann, RATE).analyse(&[0.0; 15]);
+        let expected = AnalysisError::TooShort {
+            what: "spectrum",
+            have: 15,
+            need: 16,
+        };
+        assert_eq!(result.unwrap_err(), expected);
+    }
+}
