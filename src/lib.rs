@@ -25,6 +25,7 @@ pub mod fem;
 pub mod joint;
 pub mod pipeline;
 pub mod scene;
+pub mod study;
 
 #[cfg(feature = "cli")]
 pub mod cli;

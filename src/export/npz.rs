@@ -74,7 +74,7 @@ pub fn read_npz(path: &Path) -> io::Result<BTreeMap<String, Array>> {
     let mut arrays = BTreeMap::new();
     for index in 0..zip.len() {
         let entry = zip.by_index(index)?;
-        let name = entry.name().trim_end_matches(".npy").to_owned();
+        let name = entry.name()?.trim_end_matches(".npy").to_owned();
         let file = npyz::NpyFile::new(entry)?;
         let shape = file.shape().iter().map(|&n| n as usize).collect();
         arrays.insert(name, Array { shape, values: file.into_vec()? });

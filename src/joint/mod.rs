@@ -1,5 +1,6 @@
 //! The physics of the ball joint, Eq. (1) to (8).
 
+mod assembly;
 mod contact;
 mod energy;
 mod equilibrium;
@@ -19,6 +20,7 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
+pub use assembly::{AssemblyError, BallJoint};
 pub use contact::NodeAction;
 pub use energy::{Energy, Power};
 pub use equilibrium::Equilibrium;

@@ -21,17 +21,6 @@ impl LinearMode {
     pub fn unstable(&self) -> bool {
         self.growth > 1e-9 * std::f64::consts::TAU * self.frequency_hz.max(1.0)
     }
-
-    /// The mode of the body with the largest share.
-    pub fn dominant(&self) -> usize {
-        let mut best = 0;
-        for (i, share) in self.shares.iter().enumerate() {
-            if *share > self.shares[best] {
-                best = i;
-            }
-        }
-        best
-    }
 }
 
 /// The eigenvalue problem could not be solved.

@@ -1,0 +1,88 @@
+//! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
+
+use serde::Serialize;
+
+use crate::joint::{AssemblyError, BallJoint, LinearMode, StabilityError};
+
+/// Why a study failed.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The joint cannot be assembled at one of the tilts.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// The eigenvalues at one of the tilts could not be found.
+    #[error("at a tilt of {tilt_deg} deg")]
+    Eigenvalues {
+        /// The tilt, degrees.
+        tilt_deg: f64,
+        /// What went wrong.
+        source: StabilityError,
+    },
+}
+
+/// The linear modes at one tilt.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StabilityAt {
+    /// Tilt of the load, degrees.
+    pub tilt_deg: f64,
+    /// The modes by ascending frequency.
+    pub modes: Vec<StabilityMode>,
+}
+
+impl StabilityAt {
+    /// The unstable modes.
+    pub fn unstable(&self) -> impl Iterator<Item = &StabilityMode> {
+        self.modes.iter().filter(|mode| mode.unstable)
+    }
+}
+
+/// One mode of the linearised joint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StabilityMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Growth rate, 1/s; positive means that steady sliding is unstable.
+    pub growth_per_s: f64,
+    /// Which mode of ball and beam it is, such as `2nd bending`.
+    pub label: String,
+    /// Whether it grows.
+    pub unstable: bool,
+}
+
+/// Complex eigenvalues of a joint at each of some tilts (degrees).
+///
+/// # Errors
+/// If the joint cannot be assembled at a tilt, or its eigenvalues not be found.
+pub fn stability(ball: &BallJoint, tilts_deg: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
+    tilts_deg
+        .iter()
+        .map(|&tilt_deg| {
+            let joint = ball.joint(tilt_deg.to_radians())?;
+            let modes = joint
+                .linear_modes()
+                .map_err(|source| StudyError::Eigenvalues { tilt_deg, source })?;
+            let modes = modes.iter().map(|mode| describe(ball, mode)).collect();
+            Ok(StabilityAt { tilt_deg, modes })
+        })
+        .collect()
+}
+
+fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {
+    let body = ball.body().modes();
+    // The two members of a bending pair may mix in any proportion: their shares count together.
+    let share = |label: &str| -> f64 {
+        let of_family = body.iter().zip(&mode.shares).filter(|(m, _)| m.family_label() == label);
+        of_family.map(|(_, share)| share).sum()
+    };
+    let label = body
+        .iter()
+        .map(|mode| mode.family_label())
+        .max_by(|a, b| share(a).total_cmp(&share(b)))
+        .unwrap_or_default();
+    StabilityMode {
+        frequency_hz: mode.frequency_hz,
+        growth_per_s: mode.growth,
+        label,
+        unstable: mode.unstable(),
+    }
+}
