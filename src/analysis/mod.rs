@@ -30,7 +30,7 @@ pub use embedding::DelayVectors;
 pub use error::AnalysisError;
 pub use lines::{Bases, Combination, Naming, name_lines};
 pub use recurrence::RecurrencePlot;
-pub use sliding::{SlidingWindow, View};
+pub use sliding::{History, SlidingWindow, View};
 pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
 pub use stft::{Column, Stft};
 pub use window::Window;

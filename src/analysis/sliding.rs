@@ -1,21 +1,14 @@
 //! Windows on a stream, at exact instants.
 
-/// The last samples of `C` parallel channels, handed out every `hop` samples.
-///
-/// Window `j = 1, 2, ...` ends when `round(j hop)` samples have been seen, counted from the first
-/// one: a hop that is not whole does not drift, and the windows do not depend on the pieces in
-/// which the samples arrive.
+/// The last samples of `C` parallel channels.
 #[derive(Clone, Debug)]
-pub struct SlidingWindow<const C: usize> {
+pub struct History<const C: usize> {
     channels: [Vec<f64>; C],
     length: usize,
-    minimum: usize,
-    hop: f64,
     seen: u64,
-    fired: u64,
 }
 
-/// What a [`SlidingWindow`] shows at one instant.
+/// What a [`History`] or a [`SlidingWindow`] shows at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a, const C: usize> {
     /// The samples of each channel, oldest first.
@@ -24,16 +17,70 @@ pub struct View<'a, const C: usize> {
     pub seen: u64,
 }
 
+impl<const C: usize> History<C> {
+    /// Keeps the last `length` samples.
+    pub fn new(length: usize) -> Self {
+        Self {
+            channels: std::array::from_fn(|_| Vec::with_capacity(Self::room(length))),
+            length,
+            seen: 0,
+        }
+    }
+
+    /// Takes the next samples, as many of each channel.
+    ///
+    /// # Panics
+    /// If the channels differ in length.
+    pub fn push(&mut self, samples: [&[f64]; C]) {
+        let count = common_length(samples);
+        // Of a piece longer than the history only the end can ever be seen.
+        let unseen = count.saturating_sub(self.length);
+        for (channel, new) in self.channels.iter_mut().zip(samples) {
+            if channel.len() + count - unseen > Self::room(self.length) {
+                channel.drain(..channel.len() - self.length);
+            }
+            channel.extend_from_slice(&new[unseen..]);
+        }
+        self.seen += count as u64;
+    }
+
+    /// The last samples, fewer than the length at the beginning.
+    pub fn view(&self) -> View<'_, C> {
+        let last = |c: &Vec<f64>| c.len().saturating_sub(self.length);
+        View {
+            channels: std::array::from_fn(|c| &self.channels[c][last(&self.channels[c])..]),
+            seen: self.seen,
+        }
+    }
+
+    /// Samples a channel may hold before the old ones are dropped: a multiple of the length, so
+    /// that each sample is moved less than once on average.
+    fn room(length: usize) -> usize {
+        4 * length
+    }
+}
+
+/// A [`History`] handed out every `hop` samples.
+///
+/// Window `j = 1, 2, ...` ends when `round(j hop)` samples have been seen, counted from the first
+/// one: a hop that is not whole does not drift, and the windows do not depend on the pieces in
+/// which the samples arrive.
+#[derive(Clone, Debug)]
+pub struct SlidingWindow<const C: usize> {
+    history: History<C>,
+    minimum: usize,
+    hop: f64,
+    fired: u64,
+}
+
 impl<const C: usize> SlidingWindow<C> {
     /// Windows of `length` samples every `hop` samples (raised to 1 if smaller), none before it
     /// is full.
     pub fn new(length: usize, hop: f64) -> Self {
         Self {
-            channels: std::array::from_fn(|_| Vec::with_capacity(Self::room(length))),
-            length,
+            history: History::new(length),
             minimum: length,
             hop: hop.max(1.0),
-            seen: 0,
             fired: 0,
         }
     }
@@ -41,7 +88,7 @@ impl<const C: usize> SlidingWindow<C> {
     /// Also hands out windows that are not yet full, once they hold `minimum` samples.
     #[must_use]
     pub fn starting_with(mut self, minimum: usize) -> Self {
-        self.minimum = minimum.min(self.length);
+        self.minimum = minimum.min(self.history.length);
         self
     }
 
@@ -58,56 +105,32 @@ impl<const C: usize> SlidingWindow<C> {
         samples: [&[f64]; C],
         mut each: impl FnMut(View<'_, C>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let count = samples.first().map_or(0, |s| s.len());
-        assert!(
-            samples.iter().all(|s| s.len() == count),
-            "channels of a stream differ in length"
-        );
+        let count = common_length(samples);
         let mut taken = 0;
         while taken < count {
             let due = ((self.fired + 1) as f64 * self.hop).round() as u64;
-            let step = (count - taken).min((due - self.seen) as usize);
-            for (channel, new) in self.channels.iter_mut().zip(samples) {
-                Self::append(channel, &new[taken..taken + step], self.length);
-            }
+            let step = (count - taken).min((due - self.history.seen) as usize);
+            self.history.push(samples.map(|s| &s[taken..taken + step]));
             taken += step;
-            self.seen += step as u64;
-            if self.seen == due {
+            if self.history.seen == due {
                 self.fired += 1;
-                let view = self.view();
-                if view.channels[0].len() >= self.minimum {
-                    each(view)?;
+                if due >= self.minimum as u64 {
+                    each(self.history.view())?;
                 }
             }
         }
         Ok(())
     }
+}
 
-    /// The window as it is now, at most `length` samples.
-    pub fn view(&self) -> View<'_, C> {
-        View {
-            channels: std::array::from_fn(|c| {
-                let all = &self.channels[c];
-                &all[all.len().saturating_sub(self.length)..]
-            }),
-            seen: self.seen,
-        }
-    }
-
-    /// Samples a channel may hold before the old ones are dropped: a multiple of the window, so
-    /// that each sample is moved less than once on average.
-    fn room(length: usize) -> usize {
-        4 * length
-    }
-
-    fn append(channel: &mut Vec<f64>, new: &[f64], length: usize) {
-        // Of a piece longer than the window only the end can ever be seen.
-        let new = &new[new.len().saturating_sub(length)..];
-        if channel.len() + new.len() > Self::room(length) {
-            channel.drain(..channel.len() - length);
-        }
-        channel.extend_from_slice(new);
-    }
+/// The length that all channels have.
+fn common_length<const C: usize>(samples: [&[f64]; C]) -> usize {
+    let count = samples.first().map_or(0, |s| s.len());
+    assert!(
+        samples.iter().all(|s| s.len() == count),
+        "channels of a stream differ in length"
+    );
+    count
 }
 
 #[cfg(test)]

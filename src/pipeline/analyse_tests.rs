@@ -1,0 +1,443 @@
+//! Frames of known signals through the whole of the analyses.
+
+use super::*;
+use crate::analysis::test_signals::noise;
+use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED, analyses, header, scene};
+use crate::scene::AnalysisSpec;
+
+const T0: f64 = 0.25;
+
+/// The natural set's torus: (Hz, m/s, rad).
+const TORUS: [(f64, f64, f64); 4] = [
+    (4110.0, 13e-3, 0.1),
+    (3870.0, 3e-3, 0.7),
+    (12_330.0, 2e-3, 1.9),
+    (240.0, 0.1e-3, 2.5),
+];
+
+/// The limit cycle at 2 degrees.
+const CYCLE: [(f64, f64, f64); 3] = [
+    (4117.0, 16e-3, 0.0),
+    (12_351.0, 2e-3, 0.4),
+    (8234.0, 0.8e-3, 1.2),
+];
+
+fn run(spec: AnalysisSpec, motion: &Motion, frame: usize) -> Vec<Record> {
+    let mut analyser = Analyser::new(&scene(spec), &header());
+    let mut records: Vec<Record> = Vec::new();
+    for frame in motion.frames(T0, 0.05, frame) {
+        analyser.push(&frame, &mut records).unwrap();
+    }
+    records
+}
+
+/// The times of the records that `pick` knows, in samples since the start, fractions kept.
+fn instants(records: &[Record], pick: fn(&Record) -> Option<f64>) -> Vec<f64> {
+    let samples = |t: f64| (2.0 * (t - T0) * RATE).round() / 2.0;
+    records.iter().filter_map(pick).map(samples).collect()
+}
+
+fn narrations(records: &[Record]) -> Vec<&str> {
+    let text = |r: &'_ Record| matches!(r, Record::Narration { .. });
+    let texts = records.iter().filter(|r| text(r)).map(|r| match r {
+        Record::Narration { text, .. } => text.as_str(),
+        _ => "",
+    });
+    texts.collect()
+}
+
+fn headings(records: &[Record]) -> Vec<&str> {
+    let mut all: Vec<&str> = narrations(records)
+        .iter()
+        .filter_map(|t| t.lines().next())
+        .collect();
+    all.dedup();
+    all
+}
+
+#[test]
+fn records_come_at_their_instants() {
+    let records = run(analyses(), &Motion::tones(0.03, &TORUS), 256);
+    let spectra = instants(&records, |r| match r {
+        Record::Spectrum { time, .. } => Some(*time),
+        _ => None,
+    });
+    // The last sample of each window: every 1000 samples, from a quarter of 4000 on.
+    assert_eq!(spectra, [999.0, 1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
+    let columns = instants(&records, |r| match r {
+        Record::SpectrogramColumn { time, .. } => Some(*time),
+        _ => None,
+    });
+    let expected: Vec<f64> = (0..51).map(|j| 500.0 + 100.0 * f64::from(j)).collect();
+    assert_eq!(columns, expected);
+    // Full with 1000 + 4 * 12 samples; every 500.
+    let recurrences = instants(&records, |r| match r {
+        Record::Recurrence { time, .. } => Some(*time),
+        _ => None,
+    });
+    let expected: Vec<f64> = (3..=12).map(|j| 500.0 * f64::from(j) - 1.0).collect();
+    assert_eq!(recurrences, expected);
+    let trails = instants(&records, |r| match r {
+        Record::Embedding { time, .. } => Some(*time),
+        _ => None,
+    });
+    assert_eq!(trails, recurrences);
+}
+
+#[test]
+fn frame_size_does_not_matter() {
+    // Debug text shows every number to its last digit. The order among kinds follows the frames
+    // and is left out; within a kind everything must be the same.
+    let motion = Motion::tones(0.031, &TORUS);
+    let by_kind = |frame| {
+        let records = run(analyses(), &motion, frame);
+        let mut texts: Vec<String> = records
+            .iter()
+            .filter(|r| !matches!(r, Record::Samples(_)))
+            .map(|r| format!("{r:?}"))
+            .collect();
+        let kind = |text: &str| text.split(' ').next().map(str::to_owned);
+        texts.sort_by_key(|text| kind(text));
+        texts
+    };
+    let reference = by_kind(256);
+    assert!(reference.len() > 60);
+    for frame in [1, 7, 1000, 100_000] {
+        assert!(
+            by_kind(frame) == reference,
+            "frames of {frame} samples give other records"
+        );
+    }
+}
+
+#[test]
+fn every_frame_is_forwarded_before_what_it_leads_to() {
+    let motion = Motion::tones(0.01, &CYCLE);
+    let records = run(analyses(), &motion, 256);
+    assert!(matches!(records[0], Record::Samples(_)));
+    let samples: usize = records
+        .iter()
+        .map(|r| {
+            if let Record::Samples(frame) = r {
+                frame.len()
+            } else {
+                0
+            }
+        })
+        .sum();
+    assert_eq!(samples, motion.velocity.len());
+}
+
+#[test]
+fn absent_analyses_do_not_exist() {
+    let records = run(AnalysisSpec::default(), &Motion::tones(0.03, &TORUS), 256);
+    assert!(records.iter().all(|r| matches!(r, Record::Samples(_))));
+}
+
+#[test]
+fn spectrum_has_the_lines_and_their_names() {
+    let records = run(analyses(), &Motion::tones(0.03, &TORUS), 256);
+    let Some(Record::Spectrum {
+        bin,
+        amplitude,
+        peaks,
+        ..
+    }) = records
+        .iter()
+        .rfind(|r| matches!(r, Record::Spectrum { .. }))
+    else {
+        panic!("no spectrum");
+    };
+    assert_eq!((*bin, amplitude.len()), (50.0, 2001));
+    let labels: Vec<&str> = peaks.iter().map(|p| p.label.as_str()).collect();
+    assert_eq!(labels, ["f1", "f2", "3 f1", "f1 - f2"]);
+    for (peak, (frequency, amplitude, _)) in peaks.iter().zip(TORUS) {
+        assert!((peak.frequency - frequency).abs() < 1.0);
+        assert!((peak.amplitude / amplitude - 1.0).abs() < 0.02);
+    }
+}
+
+#[test]
+fn spectrogram_is_in_decibels_of_a_millimetre_a_second() {
+    // 4 kHz is bin 20 of a 5 ms window; 10 mm/s is 20 dB.
+    let records = run(
+        analyses(),
+        &Motion::tones(0.01, &[(4000.0, 10e-3, 0.3)]),
+        256,
+    );
+    let mut columns = 0;
+    for record in &records {
+        if let Record::SpectrogramColumn { bin, level_db, .. } = record {
+            assert_eq!((*bin, level_db.len()), (200.0, 101));
+            assert!((level_db[20] - 20.0).abs() < 1e-4);
+            assert!(level_db.iter().all(|l| (-160.0..=20.001).contains(l)));
+            columns += 1;
+        }
+    }
+    assert_eq!(columns, 11);
+}
+
+#[test]
+fn recurrence_tells_lag_rate_and_diagonals() {
+    // 4 kHz: a period is 50 samples, 20 points of the plot's 400 over 5 ms. Off the whole number
+    // of samples a little, so that no two distances are equal.
+    let records = run(
+        analyses(),
+        &Motion::tones(0.02, &[(4003.0, 10e-3, 0.3)]),
+        256,
+    );
+    let mut plots = 0;
+    for record in &records {
+        if let Record::Recurrence {
+            size,
+            rate,
+            lag,
+            recurrent,
+            threshold,
+            window,
+            ..
+        } = record
+        {
+            assert_eq!((*size, *window), (400, 5e-3));
+            assert!((lag - 60e-6).abs() < 1e-12);
+            assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
+            assert!(*threshold > 0.0 && *threshold < 1e-6);
+            let full =
+                |offset: usize| (0..400 - offset).all(|i| recurrent[i * 400 + i + offset] == 255);
+            let empty =
+                |offset: usize| (0..400 - offset).all(|i| recurrent[i * 400 + i + offset] == 0);
+            for period in 0..10 {
+                assert!(
+                    full(20 * period) && empty(20 * period + 10),
+                    "period {period}"
+                );
+            }
+            plots += 1;
+        }
+    }
+    assert_eq!(plots, 6);
+}
+
+#[test]
+fn a_distance_threshold_is_taken_as_it_is() {
+    let mut spec = analyses();
+    let recurrence = spec.recurrence.as_mut().unwrap();
+    recurrence.threshold = crate::scene::RecurrenceThreshold::Distance(1e-7);
+    let records = run(spec, &Motion::tones(0.01, &CYCLE), 256);
+    let thresholds: Vec<f64> = records
+        .iter()
+        .filter_map(|r| {
+            if let Record::Recurrence { threshold, .. } = r {
+                Some(*threshold)
+            } else {
+                None
+            }
+        })
+        .collect();
+    assert_eq!(thresholds, [1e-7, 1e-7]);
+}
+
+#[test]
+fn trail_has_now_first_and_the_whole_window() {
+    let motion = Motion::tones(0.01, &CYCLE);
+    let records = run(analyses(), &motion, 256);
+    let Some(Record::Embedding { time, points }) = records
+        .iter()
+        .find(|r| matches!(r, Record::Embedding { .. }))
+    else {
+        panic!("no trail");
+    };
+    let newest = ((time - T0) * RATE).round() as usize;
+    assert_eq!(points.len(), 1000);
+    for (back, point) in points.iter().rev().enumerate() {
+        let now = newest - back;
+        let expected = [now, now - 12, now - 24].map(|k| motion.displacement[k] as f32);
+        assert_eq!(*point, expected);
+    }
+}
+
+#[test]
+fn silence_gives_no_nan_and_says_so() {
+    let silence = Motion {
+        displacement: vec![0.0; 8000],
+        velocity: vec![0.0; 8000],
+    };
+    let records = run(analyses(), &silence, 256);
+    assert_eq!(headings(&records), ["## Silent"]);
+    for record in &records {
+        match record {
+            Record::Spectrum {
+                amplitude, peaks, ..
+            } => {
+                assert!(amplitude.iter().all(|&a| a == 0.0) && peaks.is_empty());
+            }
+            Record::SpectrogramColumn { level_db, .. } => {
+                assert!(level_db.iter().all(|&l| l == -160.0));
+            }
+            Record::Recurrence {
+                rate,
+                threshold,
+                distance,
+                ..
+            } => {
+                assert_eq!((*rate, *threshold), (1.0, 0.0));
+                assert!(distance.iter().all(|&d| d == 0));
+            }
+            Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn narration_follows_growth_tone_torus_and_noise() {
+    let growing = Motion::tones(0.0125, &CYCLE[..1]).with_growth(750.0);
+    let mut chaos = Motion::tones(0.06, &TORUS);
+    for (v, x) in chaos.velocity.iter_mut().zip(noise(5, 12_000, 5e-3)) {
+        *v += x;
+    }
+    let motion = growing
+        .then(&Motion::tones(0.06, &CYCLE))
+        .then(&Motion::tones(0.06, &TORUS))
+        .then(&chaos);
+    let records = run(analyses(), &motion, 256);
+    // Between two faces the window holds both, and what is said then may vary; the order of
+    // what is said may not, nor may it come back.
+    let told = headings(&records);
+    let place = |heading: &str| {
+        let places: Vec<usize> = (0..told.len())
+            .filter(|&i| told[i].contains(heading))
+            .collect();
+        assert_eq!(places.len(), 1, "{heading}: {told:?}");
+        places[0]
+    };
+    let order = [
+        place("growing"),
+        place("pure tone"),
+        place("two tones"),
+        place("looks like chaos"),
+    ];
+    assert!(order.is_sorted(), "{told:?}");
+    assert_eq!((order[0], order[3]), (0, told.len() - 1), "{told:?}");
+
+    let texts = narrations(&records);
+    let heads = |t: &str, heading: &str| t.lines().next().is_some_and(|h| h.contains(heading));
+    let last = |heading: &str| *texts.iter().rfind(|t| heads(t, heading)).unwrap();
+    let tone = last("pure tone");
+    assert!(
+        tone.contains("4.12 kHz") && tone.contains("3 f1 (12.4 kHz)"),
+        "{tone}"
+    );
+    assert!(tone.contains("Tilt 2.9°"), "{tone}");
+    // The last words on the torus may already have some of the noise in their window.
+    let torus = |t: &&str| heads(t, "two tones") && t.contains("beat at 240 Hz");
+    assert!(
+        texts.iter().filter(torus).any(|t| t.contains("3.87 kHz")),
+        "{texts:?}"
+    );
+    let growing = last("growing");
+    assert!(growing.contains("doubling every 924 µs"), "{growing}");
+}
+
+#[test]
+fn narration_does_not_flicker_and_is_refreshed() {
+    // 0.2 s of one tone: once at the start, then every 25 ms.
+    let records = run(analyses(), &Motion::tones(0.2, &CYCLE), 256);
+    let times = instants(&records, |r| match r {
+        Record::Narration { time, .. } => Some(*time),
+        _ => None,
+    });
+    let expected: Vec<f64> = (0..8).map(|j| 999.0 + 5000.0 * f64::from(j)).collect();
+    assert_eq!(times, expected);
+    assert_eq!(headings(&records), ["## Looks like a pure tone"]);
+}
+
+#[test]
+fn slip_reversal_is_told_from_the_velocity() {
+    for (factor, words) in [(0.9, "never slips backwards"), (1.1, "slip reverses")] {
+        let tone = [(4100.0, factor * SLIDING_SPEED, 0.0)];
+        let records = run(analyses(), &Motion::tones(0.02, &tone), 256);
+        assert!(
+            narrations(&records)[0].contains(words),
+            "{:?}",
+            narrations(&records)[0]
+        );
+    }
+}
+
+#[test]
+fn summary_is_of_the_last_window() {
+    let motion = Motion::tones(0.03, &[(4100.0, 50e-3, 0.0)]).then(&Motion::tones(0.04, &CYCLE));
+    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut records: Vec<Record> = Vec::new();
+    let frames = motion.frames(T0, 0.0, 256);
+    for frame in &frames {
+        analyser.push(frame, &mut records).unwrap();
+    }
+    let summary = analyser.summary();
+    assert!((summary.simulated - 0.07).abs() < 1e-12);
+    assert_eq!(summary.transitions, 2 * frames.len() as u64);
+    let largest = motion.velocity[10_000..]
+        .iter()
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    assert_eq!(summary.peak_velocity, largest);
+    let labels: Vec<&str> = summary.peaks.iter().map(|p| p.label.as_str()).collect();
+    assert_eq!(labels, ["f1", "3 f1", "2 f1"]);
+    assert!((summary.peaks[0].frequency - 4117.0).abs() < 0.1);
+    // 16 mm/s at 4117 Hz is 0.62 um; the harmonics add at most a tenth.
+    assert!(
+        (summary.amplitude / 0.62e-6 - 1.0).abs() < 0.1,
+        "{}",
+        summary.amplitude
+    );
+}
+
+#[test]
+fn summary_of_a_run_too_short_has_no_lines() {
+    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    assert_eq!(analyser.summary(), Summary::default());
+    let mut records: Vec<Record> = Vec::new();
+    let frames = Motion::tones(10.0 / RATE, &CYCLE).frames(0.0, 0.0, 10);
+    analyser.push(&frames[0], &mut records).unwrap();
+    assert!(analyser.summary().peaks.is_empty());
+    assert!(analyser.summary().peak_velocity > 0.0);
+}
+
+#[test]
+fn a_gap_between_frames_is_an_error() {
+    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut records: Vec<Record> = Vec::new();
+    let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
+    analyser.push(&frames[0], &mut records).unwrap();
+    let error = analyser.push(&frames[2], &mut records).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            AnalyseError::Gap {
+                index: 2,
+                sample: 256,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert_eq!(
+        records.len(),
+        1,
+        "a frame that does not fit must not be forwarded"
+    );
+}
+
+#[test]
+fn a_sink_that_refuses_stops_the_run() {
+    struct Full;
+    impl Sink for Full {
+        fn accept(&mut self, _: Record) -> Result<(), SinkError> {
+            Err("disk full".into())
+        }
+    }
+    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
+    let error = analyser.push(&frames[0], &mut Full).unwrap_err();
+    assert_eq!(error.to_string(), "a record could not be kept: disk full");
+}

@@ -1,0 +1,131 @@
+//! The stages of analysis: each keeps what it needs of the samples seen and emits records at
+//! instants of its own.
+
+mod closing;
+mod narration;
+mod recurrence;
+mod spectrogram;
+mod spectrum;
+#[cfg(test)]
+pub(super) mod synthetic;
+mod words;
+
+pub use closing::ClosingStage;
+pub use recurrence::RecurrenceStage;
+pub use spectrogram::SpectrogramStage;
+pub use spectrum::SpectrumStage;
+
+use super::analyse::AnalyseError;
+use super::message::{Frame, Peak, Record};
+use crate::analysis::{Combination, Line, LineCriterion, Naming, Spectrum, Window, name_lines};
+
+/// Where a stage puts its records.
+type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
+
+/// Standard uncertainty of a line's frequency in bins, for naming. A steady line is known far
+/// better; this covers tones that drift or are modulated within the window.
+const FREQUENCY_UNCERTAINTY: f64 = 0.1;
+
+/// The window of all spectra whose lines are read: its side lobes hide nothing above -92 dB.
+const LINE_WINDOW: Window = Window::BlackmanHarris;
+
+/// The time of every sample of the run, from the first one; no sum, hence no drift.
+pub struct Clock {
+    dt: f64,
+    origin: Option<f64>,
+    seen: u64,
+}
+
+impl Clock {
+    /// For samples at `rate` (Hz); starts with the first frame.
+    pub fn new(rate: f64) -> Self {
+        Self {
+            dt: 1.0 / rate,
+            origin: None,
+            seen: 0,
+        }
+    }
+
+    /// Checks that the frame goes on where the last one ended, to a hundredth of a sample.
+    pub fn check(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
+        let origin = *self.origin.get_or_insert(frame.t0);
+        let due = origin + self.seen as f64 * self.dt;
+        let (late, off) = (frame.t0 - due, frame.dt - self.dt);
+        let slack = 0.01 * self.dt;
+        // Written so that NaN fails, too.
+        if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
+            return Ok(());
+        }
+        Err(AnalyseError::Gap {
+            index: frame.index,
+            found: frame.t0,
+            dt: frame.dt,
+            sample: self.seen,
+            due,
+        })
+    }
+
+    /// Counts the samples of a frame that has been analysed.
+    pub fn advance(&mut self, frame: &Frame) {
+        self.seen += frame.len() as u64;
+    }
+
+    /// Time of the sample with the (possibly fractional) index `k` of the run, s.
+    pub fn time(&self, k: f64) -> f64 {
+        self.origin.unwrap_or(0.0) + k * self.dt
+    }
+
+    /// Time covered so far, s.
+    pub fn elapsed(&self) -> f64 {
+        self.seen as f64 * self.dt
+    }
+}
+
+/// A time in samples, at least `least`.
+fn samples(seconds: f64, rate: f64, least: usize) -> usize {
+    ((seconds * rate).round() as usize).max(least)
+}
+
+/// A spectrum's lines and how they read.
+#[derive(Clone, Debug, PartialEq)]
+struct Reading {
+    lines: Vec<Line>,
+    naming: Naming,
+    broadband: f64,
+}
+
+impl Reading {
+    fn of(spectrum: &Spectrum) -> Self {
+        let lines = spectrum.lines(&LineCriterion::default());
+        Self {
+            naming: name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin),
+            broadband: spectrum.broadband_share(&lines),
+            lines,
+        }
+    }
+
+    fn peaks(&self) -> Vec<Peak> {
+        let peak = |(line, name): (&Line, &Option<Combination>)| Peak {
+            frequency: line.frequency,
+            amplitude: line.amplitude,
+            label: name.map_or_else(String::new, |name| name.to_string()),
+        };
+        self.lines
+            .iter()
+            .zip(&self.naming.names)
+            .map(peak)
+            .collect()
+    }
+}
+
+/// The largest magnitude of a slice.
+fn peak_magnitude(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| x.abs().max(m))
+}
+
+/// Half the peak-to-peak value of a slice; 0 if it is empty.
+fn half_range(x: &[f64]) -> f64 {
+    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if high > low { 0.5 * (high - low) } else { 0.0 }
+}

@@ -1,0 +1,195 @@
+//! Scenes, headers and frames made up for tests: signals known in closed form, cut into frames.
+
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+use std::sync::Arc;
+
+use crate::analysis::test_signals::sines;
+use crate::fem::{Families, Geometry, LengthReading, Material};
+use crate::joint::{
+    BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
+};
+use crate::pipeline::message::{Frame, Header, Outline};
+use crate::scene::{
+    AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,
+    Schedule, SpectrogramSpec, SpectrumSpec, Start,
+};
+
+/// Sample rate of all synthetic runs, Hz.
+pub const RATE: f64 = 200_000.0;
+
+/// Slip speed in steady sliding, m/s; the paper's is near it.
+pub const SLIDING_SPEED: f64 = 15.9e-3;
+
+/// The default analyses.
+pub fn analyses() -> AnalysisSpec {
+    AnalysisSpec {
+        spectrum: Some(SpectrumSpec {
+            window: 20e-3,
+            every: 5e-3,
+        }),
+        spectrogram: Some(SpectrogramSpec {
+            window: 5e-3,
+            every: 0.5e-3,
+            max_frequency: 20e3,
+        }),
+        recurrence: Some(RecurrenceSpec {
+            window: 5e-3,
+            size: 400,
+            every: 2.5e-3,
+            lag: 60e-6,
+            dimension: 5,
+            threshold: RecurrenceThreshold::Rate(0.05),
+        }),
+    }
+}
+
+/// Displacement (m) and velocity (m/s) of the probe.
+#[derive(Clone, Default)]
+pub struct Motion {
+    pub displacement: Vec<f64>,
+    pub velocity: Vec<f64>,
+}
+
+impl Motion {
+    /// A sum of tones, each (frequency in Hz, velocity amplitude in m/s, phase in rad).
+    pub fn tones(seconds: f64, tones: &[(f64, f64, f64)]) -> Self {
+        let n = (seconds * RATE).round() as usize;
+        let integral: Vec<_> = tones
+            .iter()
+            .map(|(f, a, phase)| (*f, a / (TAU * f), phase - FRAC_PI_2))
+            .collect();
+        Self {
+            displacement: sines(RATE, n, &integral),
+            velocity: sines(RATE, n, tones),
+        }
+    }
+
+    /// The same with an exponential envelope that is 1 at the end.
+    pub fn with_growth(mut self, rate: f64) -> Self {
+        let n = self.velocity.len();
+        for x in [&mut self.displacement, &mut self.velocity] {
+            for (i, x) in x.iter_mut().enumerate() {
+                *x *= (rate * (i as f64 - n as f64) / RATE).exp();
+            }
+        }
+        self
+    }
+
+    /// One after the other.
+    pub fn then(mut self, next: &Self) -> Self {
+        self.displacement.extend(&next.displacement);
+        self.velocity.extend(&next.velocity);
+        self
+    }
+
+    /// Cut into frames of `size` samples, the first sample at time `t0`.
+    pub fn frames(&self, t0: f64, tilt: f64, size: usize) -> Vec<Arc<Frame>> {
+        let parts = self
+            .displacement
+            .chunks(size)
+            .zip(self.velocity.chunks(size));
+        let frame = |(index, (displacement, velocity)): (usize, (&[f64], &[f64]))| {
+            Arc::new(Frame {
+                index: index as u64,
+                t0: t0 + (index * size) as f64 / RATE,
+                dt: 1.0 / RATE,
+                displacement: displacement.to_vec(),
+                velocity: velocity.to_vec(),
+                tilt,
+                transitions: 2,
+                ..Frame::default()
+            })
+        };
+        parts.enumerate().map(frame).collect()
+    }
+}
+
+pub fn header() -> Header {
+    Header {
+        scene: "synthetic".into(),
+        title: String::new(),
+        about: String::new(),
+        scene_text: String::new(),
+        command: String::new(),
+        modes: Vec::new(),
+        sample_rate: RATE,
+        duration: 0.1,
+        max_tilt: 0.0,
+        outline: Outline::default(),
+        rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
+        load: 150.0,
+        ball_radius: 15.875e-3,
+        sliding_speed: SLIDING_SPEED,
+    }
+}
+
+pub fn scene(analysis: AnalysisSpec) -> Scene {
+    Scene {
+        name: "synthetic".into(),
+        title: String::new(),
+        about: String::new(),
+        text: String::new(),
+        joint: joint(),
+        tilt: Schedule::constant(0.0),
+        start: Start { kick: 0.0, seed: 0 },
+        duration: 0.1,
+        sample_rate: RATE,
+        frame_samples: 256,
+        integrator: Integrator {
+            method: Method::Lawson54,
+            tolerance: 1e-6,
+            max_step: 1e-5,
+        },
+        analysis,
+        record: RecordSpec {
+            patch_rate: 0.0,
+            body_rate: 0.0,
+            energy_rate: 0.0,
+            exaggeration: 1.0,
+        },
+    }
+}
+
+/// The paper's joint; the analyses do not look at it.
+fn joint() -> JointSpec {
+    JointSpec {
+        body: BodySpec {
+            geometry: Geometry {
+                ball_diameter: 31.75e-3,
+                beam_diameter: 20e-3,
+                beam_length: 0.2,
+                reading: LengthReading::ToSphere,
+            },
+            material: Material {
+                young: 207e9,
+                poisson: 0.3,
+                density: 7800.0,
+            },
+            element_size: 2e-3,
+            families: Families {
+                bending_pairs: 4,
+                torsion: 2,
+                axial: 1,
+            },
+            frequencies: Frequencies::Published,
+        },
+        socket: Socket {
+            diameter: 31.95e-3,
+            young: 70e9,
+            poisson: 0.33,
+        },
+        load: 150.0,
+        azimuth: 0.0,
+        rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
+        contact: Contact {
+            nodes: 100,
+            quadrature: Quadrature::Rings,
+            stiffness_factor: 1.0,
+            stiffness: StiffnessLaw::Uniform,
+            radius_factor: 1.0,
+            unilateral: true,
+        },
+        friction: Friction::None,
+        damping: Vec::new(),
+    }
+}

@@ -1,0 +1,183 @@
+//! The words themselves: short Markdown that can be read aloud to people new to the matter.
+
+use std::f64::consts::LN_2;
+
+use super::Reading;
+use super::narration::{Face, Observation};
+use crate::analysis::{Bases, Combination};
+
+/// How many lines are spelled out.
+const SPELLED: usize = 4;
+
+/// A heading, what is seen, and how large it is.
+pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
+    let heading = match face {
+        Face::Silent => "Silent",
+        Face::Growing => "A vibration is growing",
+        Face::Fading => "The vibration is fading",
+        Face::Tone => "Looks like a pure tone",
+        Face::TwoTones => "Looks like two tones",
+        Face::Broad => "Lines over a broad floor: looks like chaos",
+        Face::Unsettled => "No simple pattern",
+    };
+    let body = match face {
+        Face::Silent => "The ball slides steadily; there is hardly anything to hear.".to_owned(),
+        Face::Growing => envelope(seen, "grows", "doubling"),
+        Face::Fading => envelope(seen, "shrinks", "halving"),
+        Face::Tone => tone(seen.reading),
+        Face::TwoTones => two_tones(seen.reading),
+        Face::Broad => broad(seen.reading),
+        Face::Unsettled => unsettled(seen.reading),
+    };
+    let size = size(face, seen, sliding_speed);
+    let tilt = seen.tilt.to_degrees();
+    format!("## {heading}\n\n{body}\n\n{size}\n\nTilt {tilt:.1}°.")
+}
+
+fn envelope(seen: &Observation<'_>, verb: &str, step: &str) -> String {
+    let rate = seen.growth_rate().abs();
+    let time = quantity(LN_2 / rate, "s");
+    let near = match seen.reading.lines.first() {
+        Some(line) => format!(", strongest near **{}**", quantity(line.frequency, "Hz")),
+        None => String::new(),
+    };
+    format!(
+        "It {verb} by a factor e every {}, {step} every {time}{near}.",
+        quantity(1.0 / rate, "s")
+    )
+}
+
+fn tone(reading: &Reading) -> String {
+    let Bases::One { f1 } = reading.naming.bases else {
+        return String::new();
+    };
+    let overtones = spelled(reading, |name| name.n > 1);
+    let overtones = if overtones.is_empty() {
+        "No overtone stands out".to_owned()
+    } else {
+        format!("Overtones: {overtones}")
+    };
+    let (tone, period) = (quantity(f1, "Hz"), quantity(1.0 / f1, "s"));
+    format!(
+        "One fundamental, f1 = **{tone}**: the motion repeats about every {period}. {overtones}."
+    )
+}
+
+fn two_tones(reading: &Reading) -> String {
+    let Bases::Two { f1, f2 } = reading.naming.bases else {
+        return String::new();
+    };
+    let mut text = format!(
+        "Two base frequencies, f1 = **{}** and f2 = **{}**.",
+        quantity(f1, "Hz"),
+        quantity(f2, "Hz")
+    );
+    let combinations = spelled(reading, Combination::is_mixed);
+    if combinations.is_empty() {
+        text += " No combination of them stands out.";
+    } else {
+        text += &format!(" Their combinations show: {combinations}.");
+    }
+    if let Some(beat) = reading.naming.bases.beat() {
+        text += &format!(
+            " They beat at {}, once every {}.",
+            quantity(beat, "Hz"),
+            quantity(1.0 / beat, "s")
+        );
+    }
+    text + " Unless their ratio is a simple fraction, the motion never quite repeats: it winds round a torus."
+}
+
+fn broad(reading: &Reading) -> String {
+    let share = 100.0 * reading.broadband;
+    let lines = strongest(reading);
+    format!(
+        "{share:.0} % of the power lies between the lines, and no pure tones make that. {lines} \
+         Chaos does this; so does noise: a spectrum alone cannot tell them apart."
+    )
+}
+
+fn unsettled(reading: &Reading) -> String {
+    let lines = strongest(reading);
+    format!(
+        "{lines} They fit neither one fundamental nor two base frequencies; perhaps the motion is \
+         changing just now."
+    )
+}
+
+/// How far and how fast, against the speed of sliding.
+fn size(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
+    let speed = quantity(seen.peak_velocity, "m/s");
+    let sliding = quantity(sliding_speed, "m/s");
+    if face == Face::Silent {
+        return format!("It moves at {speed} at most; the ball slides at {sliding}.");
+    }
+    // The probe's velocity counts along the sliding: slip reverses where it outruns it backwards.
+    let backwards = -seen.velocity.iter().copied().fold(0.0, f64::min);
+    let slip = if backwards > sliding_speed {
+        "so its slip reverses"
+    } else {
+        "so it never slips backwards"
+    };
+    let swing = quantity(seen.amplitude, "m");
+    format!(
+        "The contact point swings ±{swing}, at up to {speed}; backwards at up to {} against a \
+         sliding speed of {sliding}, {slip}.",
+        quantity(backwards, "m/s")
+    )
+}
+
+/// The strongest lines whose names are `wanted`, such as `3 f1 (12.3 kHz)`.
+fn spelled(reading: &Reading, wanted: impl Fn(Combination) -> bool) -> String {
+    let named = reading.lines.iter().zip(&reading.naming.names);
+    let chosen =
+        named.filter_map(|(line, name)| name.filter(|&name| wanted(name)).map(|name| (line, name)));
+    let texts = chosen.map(|(line, name)| format!("{name} ({})", quantity(line.frequency, "Hz")));
+    texts.take(SPELLED).collect::<Vec<_>>().join(", ")
+}
+
+/// A sentence on the strongest lines.
+fn strongest(reading: &Reading) -> String {
+    let lines = reading.lines.iter().take(SPELLED);
+    let texts: Vec<String> = lines
+        .map(|line| format!("**{}**", quantity(line.frequency, "Hz")))
+        .collect();
+    match texts.as_slice() {
+        [] => "No line stands out.".to_owned(),
+        [one] => format!("One line stands out, at {one}."),
+        many => format!("The strongest lines are at {}.", many.join(", ")),
+    }
+}
+
+/// Three digits and an SI prefix: `4.12 kHz`, `690 nm`.
+fn quantity(value: f64, unit: &str) -> String {
+    const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
+    // The exponent of the rounded value: 999.9 is 1.00 k.
+    let rounded = format!("{value:.2e}");
+    let exponent: i32 = rounded
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
+    let step = exponent.div_euclid(3).clamp(-5, 2);
+    let decimals = (2 - (exponent - 3 * step)).clamp(0, 2) as usize;
+    let scaled = value / 1000_f64.powi(step);
+    let prefix = PREFIXES[(step + 5) as usize];
+    format!("{scaled:.decimals$} {prefix}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantity;
+
+    #[test]
+    fn quantities_have_three_digits_and_a_prefix() {
+        assert_eq!(quantity(4117.3, "Hz"), "4.12 kHz");
+        assert_eq!(quantity(240.4, "Hz"), "240 Hz");
+        assert_eq!(quantity(999.9, "Hz"), "1.00 kHz");
+        assert_eq!(quantity(6.9e-7, "m"), "690 nm");
+        assert_eq!(quantity(0.01784, "m/s"), "17.8 mm/s");
+        assert_eq!(quantity(0.0, "m/s"), "0.00 m/s");
+        assert_eq!(quantity(3e-18, "m"), "0.00 fm");
+        assert_eq!(quantity(-2.5e-6, "m"), "-2.50 µm");
+    }
+}
