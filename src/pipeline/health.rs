@@ -31,7 +31,9 @@ impl HealthMeter {
         }
         // A joint at rest has turned over nothing, and misses nothing.
         let scale = self.turnover.max(f64::MIN_POSITIVE);
-        self.audit = frame.energy.iter().map(|s| s.residual.abs() / scale).fold(0.0, f64::max);
+        if !frame.energy.is_empty() {
+            self.audit = frame.energy.iter().map(|s| s.residual.abs() / scale).fold(0.0, f64::max);
+        }
         let health = Health {
             time: frame.end(),
             real_time_factor: span / (frame.busy_seconds - self.busy_seconds).max(1e-9),
