@@ -1,0 +1,55 @@
+//! Each equation of the paper that is implemented has one home, whose doc line starts with it.
+
+use std::fs;
+use std::path::Path;
+
+/// Equations of the paper, and where each is implemented. Eq. (9), (11) to (23) come with the
+/// tangent flow and the exponents; until then they have no home to point to.
+const HOMES: &[(u32, &str)] = &[
+    (1, "joint/traction.rs"),
+    (2, "joint/traction.rs"),
+    (3, "joint/traction.rs"),
+    (4, "joint/nodes.rs"),
+    (5, "joint/friction.rs"),
+    (6, "joint/traction.rs"),
+    (7, "joint/nodes.rs"),
+    (8, "joint/traction.rs"),
+    (10, "dynamics/system.rs"),
+    (18, "joint/contact.rs"),
+    (24, "joint/system.rs"),
+    (25, "analysis/embedding.rs"),
+    (26, "analysis/recurrence.rs"),
+];
+
+fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            headings(&path, found, root);
+            continue;
+        }
+        let place = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+        for line in fs::read_to_string(&path).unwrap().lines() {
+            let Some(doc) = line.trim_start().strip_prefix("/// Eq. (") else { continue };
+            if let Some((number, rest)) = doc.split_once(')') {
+                if rest.starts_with(':') {
+                    found.push((number.parse().unwrap(), place.clone()));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_equation_has_one_home() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut found = Vec::new();
+    headings(&root, &mut found, &root);
+    for (number, home) in HOMES {
+        let places: Vec<_> = found.iter().filter(|(n, _)| n == number).map(|(_, p)| p).collect();
+        assert_eq!(places, [home], "Eq. ({number})");
+    }
+    for (number, place) in &found {
+        assert!(HOMES.iter().any(|(n, _)| n == number), "Eq. ({number}) in {place} is not listed");
+    }
+}
