@@ -1,6 +1,35 @@
-//! Finite elements of a solid of revolution: a mesh of its meridian section, Fourier harmonics
-//! round the axis. Knows no joint.
+//! Finite elements of a solid of revolution. Knows no joint.
+//!
+//! A body of revolution vibrates in circumferential harmonics: each mode is a field on the
+//! meridian half-plane `(r, z)` times a cosine or sine of `n theta`. So a two-dimensional mesh of
+//! the section is enough, exact in the angle and some hundred times smaller than a solid mesh of
+//! equal accuracy. A ball on a beam needs the harmonics 0 (torsion; axial motion) and 1 (bending,
+//! in pairs that differ by a quarter turn).
+//!
+//! ```text
+//! Geometry -> Section (mesh) -> K, M (one pair a family) -> shift-invert Lanczos -> BodyModes
+//! ```
+//!
+//! * [`Section`]: quadrilaterals of degree 4, curved on the sphere, graded towards the re-entrant
+//!   corner where the beam meets it; also rods and spheres, whose modes are known.
+//! * [`Harmonic`]: strains and axis conditions of a family.
+//!
+//! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding costs a
+//! relative `1e-16 (c / (h_min omega))^2` in frequency, with the wave speed `c` and the smallest
+//! node distance `h_min`: 1e-9 for the paper's body, but 1e-3 for the first mode of a beam two
+//! hundred times as long as thick.
+//!
+//! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with
+//! spectral elements.
 
+mod bodies;
+mod element;
+mod error;
+mod harmonic;
+mod section;
 mod spec;
 
+pub use error::FemError;
+pub use harmonic::Harmonic;
+pub use section::Section;
 pub use spec::{Families, Geometry, LengthReading, Material, ModeKind};
