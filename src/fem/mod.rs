@@ -22,14 +22,18 @@
 //! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with
 //! spectral elements.
 
+mod assembly;
 mod bodies;
+mod eigen;
 mod element;
 mod error;
 mod harmonic;
+mod meridian;
 mod section;
 mod spec;
 
 pub use error::FemError;
 pub use harmonic::Harmonic;
+pub use meridian::MeridianMode;
 pub use section::Section;
 pub use spec::{Families, Geometry, LengthReading, Material, ModeKind};
