@@ -13,6 +13,7 @@
 //! * [`Section`]: quadrilaterals of degree 4, curved on the sphere, graded towards the re-entrant
 //!   corner where the beam meets it; also rods and spheres, whose modes are known.
 //! * [`Harmonic`]: strains and axis conditions of a family.
+//! * [`BodyModes`]: frequencies, labels and mass-normalised shapes on the surface.
 //!
 //! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding costs a
 //! relative `1e-16 (c / (h_min omega))^2` in frequency, with the wave speed `c` and the smallest
@@ -21,9 +22,33 @@
 //!
 //! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with
 //! spectral elements.
+//!
+//! ```
+//! use squeakscope::fem::{
+//!     BodyModes, DEFAULT_ELEMENT_SIZE, Families, Geometry, LengthReading, Material,
+//! };
+//!
+//! let geometry = Geometry {
+//!     ball_diameter: 31.75e-3,
+//!     beam_diameter: 20e-3,
+//!     beam_length: 200e-3,
+//!     reading: LengthReading::ToSphere,
+//! };
+//! let steel = Material { young: 207e9, poisson: 0.30, density: 7800.0 };
+//! let families = Families { bending_pairs: 1, torsion: 1, axial: 0 };
+//! let body = BodyModes::solve(&geometry, &steel, DEFAULT_ELEMENT_SIZE, &families)?;
+//! let labels: Vec<String> = body.modes().iter().map(|mode| mode.label()).collect();
+//! assert_eq!(labels, ["1st bending x", "1st bending y", "1st torsion"]);
+//!
+//! let mut shapes = [[0.0; 3]; 3];
+//! body.shapes_at_ball([0.0, 0.0, 1.0], &mut shapes)?;
+//! assert!(shapes[0][0] > 0.0 && shapes[0][1] == 0.0);
+//! # Ok::<(), squeakscope::fem::FemError>(())
+//! ```
 
 mod assembly;
 mod bodies;
+mod body;
 mod eigen;
 mod element;
 mod error;
@@ -31,7 +56,11 @@ mod harmonic;
 mod meridian;
 mod section;
 mod spec;
+mod surface;
+#[cfg(test)]
+mod tests;
 
+pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, SurfaceMesh};
 pub use error::FemError;
 pub use harmonic::Harmonic;
 pub use meridian::MeridianMode;
