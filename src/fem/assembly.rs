@@ -8,7 +8,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, Par};
 
 use super::element::{ELEMENT_NODES, QuadraturePoint, quadrature};
-use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction};
+use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction, StiffnessRoot};
 use super::{Material, Section};
 
 /// Stiffness `K` (N/m) and consistent mass `M` (kg) of the whole three-dimensional body, angular
@@ -137,7 +137,7 @@ impl Pencil {
 /// Integrates one element after another, reusing its matrices.
 struct Kernel {
     harmonic: Harmonic,
-    root: super::harmonic::StiffnessRoot,
+    root: StiffnessRoot,
     density: f64,
     points: Vec<QuadraturePoint>,
     /// `S`: a row a strain and quadrature point, a column a degree of freedom.

@@ -1,7 +1,7 @@
 //! The modes of the ball on its beam: the room's result.
 
 use super::bodies::BallOnBeam;
-use super::surface::{BallSurface, ShapeTable, SideSurface};
+use super::surface::{BallSurface, EdgePoint, ShapeTable, SideSurface};
 use super::{Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
 
 /// Edge length of the finite elements, m, for a body of the paper's size: the ball's radius. The
@@ -175,7 +175,7 @@ impl BodyModes {
     fn shapes(
         &self,
         table: &ShapeTable,
-        point: &super::surface::EdgePoint,
+        point: &EdgePoint,
         [cos, sin]: [f64; 2],
         out: &mut [[f64; 3]],
     ) {

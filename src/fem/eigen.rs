@@ -214,7 +214,8 @@ struct RitzPair {
 }
 
 impl Tridiagonal {
-    /// The pairs with the largest `theta`, largest first.
+    /// The pairs with the largest `theta`, largest first; none if the small eigenproblem fails,
+    /// which the caller then sees as missing convergence.
     fn ritz(&self, count: usize) -> Vec<RitzPair> {
         let n = self.diagonal.len();
         let matrix = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {

@@ -12,11 +12,14 @@ pub const EDGE_NODES: usize = DEGREE + 1;
 /// Nodes of an element; node `(i, j)` has the index `j * EDGE_NODES + i`.
 pub const ELEMENT_NODES: usize = EDGE_NODES * EDGE_NODES;
 
-/// The Gauss-Lobatto points of degree 4: the ends and the roots of `P_4'`.
-pub fn edge_points() -> [f64; EDGE_NODES] {
-    let inner = (3.0_f64 / 7.0).sqrt();
-    [-1.0, -inner, 0.0, inner, 1.0]
-}
+/// The Gauss-Lobatto points of degree 4: the ends and the roots `0, +-sqrt(3/7)` of `P_4'`.
+pub const EDGE_POINTS: [f64; EDGE_NODES] = [
+    -1.0,
+    -0.654_653_670_707_977_1,
+    0.0,
+    0.654_653_670_707_977_1,
+    1.0,
+];
 
 /// The Lagrange polynomials of an edge and their derivatives, at one point.
 #[derive(Clone, Copy, Debug)]
@@ -30,13 +33,12 @@ pub struct EdgeBasis {
 impl EdgeBasis {
     /// Evaluates them at `xi` in `[-1, 1]`.
     pub fn at(xi: f64) -> Self {
-        let points = edge_points();
         let mut basis = Self {
             value: [1.0; EDGE_NODES],
             slope: [0.0; EDGE_NODES],
         };
-        for (i, &own) in points.iter().enumerate() {
-            for (j, &other) in points.iter().enumerate() {
+        for (i, &own) in EDGE_POINTS.iter().enumerate() {
+            for (j, &other) in EDGE_POINTS.iter().enumerate() {
                 if i != j {
                     let gap = (own - other).recip();
                     let factor = (xi - other) * gap;
@@ -139,7 +141,7 @@ mod tests {
             let sum = |weights: &[f64; EDGE_NODES]| -> f64 {
                 weights
                     .iter()
-                    .zip(edge_points())
+                    .zip(EDGE_POINTS)
                     .map(|(w, at)| w * quartic(at))
                     .sum()
             };
@@ -149,8 +151,16 @@ mod tests {
     }
 
     #[test]
+    fn the_inner_points_are_the_roots_of_the_derivative_of_legendres_polynomial() {
+        // P_4' = (140 x^3 - 60 x) / 8.
+        for x in &EDGE_POINTS[1..DEGREE] {
+            assert!((140.0 * x.powi(3) - 60.0 * x).abs() < 1e-13);
+        }
+    }
+
+    #[test]
     fn the_basis_is_one_at_its_own_node_and_zero_at_the_others() {
-        for (i, at) in edge_points().into_iter().enumerate() {
+        for (i, at) in EDGE_POINTS.into_iter().enumerate() {
             let value = EdgeBasis::at(at).value;
             for (j, v) in value.into_iter().enumerate() {
                 assert_eq!(v, if i == j { 1.0 } else { 0.0 });

@@ -15,9 +15,10 @@
 //! * [`Harmonic`]: strains and axis conditions of a family.
 //! * [`BodyModes`]: frequencies, labels and mass-normalised shapes on the surface.
 //!
-//! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding costs a
-//! relative `1e-16 (c / (h_min omega))^2` in frequency, with the wave speed `c` and the smallest
-//! node distance `h_min`: 1e-9 for the paper's body, but 1e-3 for the first mode of a beam two
+//! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding in
+//! the assembled stiffness costs a relative error in frequency of at most about
+//! `1e-16 (c / (h_min omega))^2`, with the wave speed `c` and the smallest node distance `h_min`:
+//! seen are 1e-8 for the paper's body on fine meshes, but 1e-3 for the first mode of a beam two
 //! hundred times as long as thick.
 //!
 //! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with

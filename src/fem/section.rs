@@ -6,7 +6,7 @@
 //! transfinite interpolation (Gordon and Hall, Numer. Math. 21, 1973, 109); the elements are
 //! isoparametric, so an arc is followed to the fifth power of the element's angle.
 
-use super::element::{EDGE_NODES, ELEMENT_NODES, edge_points};
+use super::element::{EDGE_NODES, EDGE_POINTS, ELEMENT_NODES};
 
 /// A mesh of a meridian section. Bodies to mesh are in [`Section::ball_on_beam`],
 /// [`Section::rod`] and [`Section::sphere`].
@@ -81,12 +81,11 @@ impl Partition {
             borders.reverse();
             borders.iter_mut().for_each(|b| *b = 1.0 - *b);
         }
-        let points = edge_points();
         let mut params = vec![0.0];
         for border in borders.windows(2) {
             let width = border[1] - border[0];
             params.extend(
-                points[1..EDGE_NODES - 1]
+                EDGE_POINTS[1..EDGE_NODES - 1]
                     .iter()
                     .map(|xi| border[0] + 0.5 * (1.0 + xi) * width),
             );
