@@ -1,6 +1,69 @@
-//! Finite elements of a solid of revolution: a mesh of its meridian section, Fourier harmonics
-//! round the axis. Knows no joint.
+//! Finite elements of a solid of revolution. Knows no joint.
+//!
+//! A body of revolution vibrates in circumferential harmonics: each mode is a field on the
+//! meridian half-plane `(r, z)` times a cosine or sine of `n theta`. So a two-dimensional mesh of
+//! the section is enough, exact in the angle and some hundred times smaller than a solid mesh of
+//! equal accuracy. A ball on a beam needs the harmonics 0 (torsion; axial motion) and 1 (bending,
+//! in pairs that differ by a quarter turn).
+//!
+//! ```text
+//! Geometry -> Section (mesh) -> K, M (one pair a family) -> shift-invert Lanczos -> BodyModes
+//! ```
+//!
+//! * [`Section`]: quadrilaterals of degree 4, curved on the sphere, graded towards the re-entrant
+//!   corner where the beam meets it; also rods and spheres, whose modes are known.
+//! * [`Harmonic`]: strains and axis conditions of a family.
+//! * [`BodyModes`]: frequencies, labels and mass-normalised shapes on the surface.
+//!
+//! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding in
+//! the assembled stiffness costs a relative error in frequency of at most about
+//! `1e-16 (c / (h_min omega))^2`, with the wave speed `c` and the smallest node distance `h_min`:
+//! seen are 1e-8 for the paper's body on fine meshes, but 1e-3 for the first mode of a beam two
+//! hundred times as long as thick.
+//!
+//! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with
+//! spectral elements.
+//!
+//! ```
+//! use squeakscope::fem::{
+//!     BodyModes, DEFAULT_ELEMENT_SIZE, Families, Geometry, LengthReading, Material,
+//! };
+//!
+//! let geometry = Geometry {
+//!     ball_diameter: 31.75e-3,
+//!     beam_diameter: 20e-3,
+//!     beam_length: 200e-3,
+//!     reading: LengthReading::ToSphere,
+//! };
+//! let steel = Material { young: 207e9, poisson: 0.30, density: 7800.0 };
+//! let families = Families { bending_pairs: 1, torsion: 1, axial: 0 };
+//! let body = BodyModes::solve(&geometry, &steel, DEFAULT_ELEMENT_SIZE, &families)?;
+//! let labels: Vec<String> = body.modes().iter().map(|mode| mode.label()).collect();
+//! assert_eq!(labels, ["1st bending x", "1st bending y", "1st torsion"]);
+//!
+//! let mut shapes = [[0.0; 3]; 3];
+//! body.shapes_at_ball([0.0, 0.0, 1.0], &mut shapes)?;
+//! assert!(shapes[0][0] > 0.0 && shapes[0][1] == 0.0);
+//! # Ok::<(), squeakscope::fem::FemError>(())
+//! ```
 
+mod assembly;
+mod bodies;
+mod body;
+mod eigen;
+mod element;
+mod error;
+mod harmonic;
+mod meridian;
+mod section;
 mod spec;
+mod surface;
+#[cfg(test)]
+mod tests;
 
+pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, SurfaceMesh};
+pub use error::FemError;
+pub use harmonic::Harmonic;
+pub use meridian::MeridianMode;
+pub use section::Section;
 pub use spec::{Families, Geometry, LengthReading, Material, ModeKind};

@@ -1,0 +1,315 @@
+//! Stiffness and mass of a section, assembled into sparse symmetric matrices.
+//!
+//! An element's stiffness is made as `S^T S`, where `S` holds the square root of the elasticity
+//! matrix times the strains at all quadrature points: symmetric and positive semidefinite by
+//! construction, and a single dense product. The mass is made in the same way.
+
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, Mat, Par};
+
+use super::element::{ELEMENT_NODES, QuadraturePoint, quadrature};
+use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction, StiffnessRoot};
+use super::{Material, Section};
+
+/// Stiffness `K` (N/m) and consistent mass `M` (kg) of the whole three-dimensional body, angular
+/// integrals included: lower triangles, compressed by columns, both on the same pattern.
+#[derive(Clone, Debug)]
+pub(super) struct Pencil {
+    pub(super) column_start: Vec<usize>,
+    pub(super) row: Vec<usize>,
+    pub(super) stiffness: Vec<f64>,
+    pub(super) mass: Vec<f64>,
+}
+
+impl Pencil {
+    /// Assembles one family.
+    pub(super) fn assemble(
+        section: &Section,
+        material: &Material,
+        harmonic: Harmonic,
+        dofs: &DofMap,
+    ) -> Self {
+        let numbers: Vec<Vec<Option<usize>>> = section
+            .elements()
+            .iter()
+            .map(|element| {
+                let amplitudes = harmonic.amplitudes();
+                element
+                    .iter()
+                    .flat_map(|&node| amplitudes.iter().map(move |&a| dofs.of(node, a)))
+                    .collect()
+            })
+            .collect();
+        let mut pencil = Self::pattern(&numbers, dofs.len);
+        let mut kernel = Kernel::new(material, harmonic);
+        for (element, numbers) in section.elements().iter().zip(&numbers) {
+            kernel.integrate(element.map(|node| section.nodes()[node]));
+            pencil.add(&kernel, numbers);
+        }
+        pencil
+    }
+
+    /// The pattern of nonzeros: two degrees of freedom meet if an element has both.
+    fn pattern(elements: &[Vec<Option<usize>>], len: usize) -> Self {
+        let mut touching = vec![Vec::new(); len];
+        for (e, numbers) in elements.iter().enumerate() {
+            for &i in numbers.iter().flatten() {
+                if touching[i].last() != Some(&e) {
+                    touching[i].push(e);
+                }
+            }
+        }
+        let mut column_start = vec![0];
+        let mut row = Vec::new();
+        let mut seen_in = vec![usize::MAX; len];
+        for (j, elements_here) in touching.iter().enumerate() {
+            let start = row.len();
+            for &e in elements_here {
+                for &i in elements[e].iter().flatten() {
+                    if i >= j && seen_in[i] != j {
+                        seen_in[i] = j;
+                        row.push(i);
+                    }
+                }
+            }
+            row[start..].sort_unstable();
+            column_start.push(row.len());
+        }
+        let stiffness = vec![0.0; row.len()];
+        Self {
+            column_start,
+            mass: stiffness.clone(),
+            stiffness,
+            row,
+        }
+    }
+
+    /// Adds the element that the kernel holds. Where two of its degrees of freedom share a number,
+    /// their rows and columns add up, which is the constraint that they move together.
+    fn add(&mut self, kernel: &Kernel, numbers: &[Option<usize>]) {
+        let amplitudes = kernel.harmonic.amplitudes().len();
+        for (b, column) in numbers.iter().enumerate() {
+            let Some(j) = *column else { continue };
+            let start = self.column_start[j];
+            let rows = &self.row[start..self.column_start[j + 1]];
+            for (a, row) in numbers.iter().enumerate() {
+                let Some(i) = row.filter(|&i| i >= j) else {
+                    continue;
+                };
+                let slot = start + rows.partition_point(|&r| r < i);
+                let [low, high] = [a.min(b), a.max(b)];
+                self.stiffness[slot] += kernel.stiffness[(high, low)];
+                if a % amplitudes == b % amplitudes {
+                    self.mass[slot] += kernel.mass[(high / amplitudes, low / amplitudes)];
+                }
+            }
+        }
+    }
+
+    /// The number of degrees of freedom.
+    pub(super) fn len(&self) -> usize {
+        self.column_start.len() - 1
+    }
+
+    /// `M x`.
+    pub(super) fn mass_times(&self, x: &[f64]) -> Vec<f64> {
+        self.times(&self.mass, x)
+    }
+
+    /// A matrix on this pattern, given by its lower triangle, times a vector.
+    fn times(&self, lower: &[f64], x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; self.len()];
+        for j in 0..self.len() {
+            // The diagonal comes first in its column.
+            let diagonal = self.column_start[j];
+            let below = diagonal + 1..self.column_start[j + 1];
+            let mut sum = lower[diagonal] * x[j];
+            for (&i, &value) in self.row[below.clone()].iter().zip(&lower[below]) {
+                sum += value * x[i];
+                y[i] += value * x[j];
+            }
+            y[j] += sum;
+        }
+        y
+    }
+}
+
+/// Integrates one element after another, reusing its matrices.
+struct Kernel {
+    harmonic: Harmonic,
+    root: StiffnessRoot,
+    density: f64,
+    points: Vec<QuadraturePoint>,
+    /// `S`: a row a strain and quadrature point, a column a degree of freedom.
+    strain: Mat<f64>,
+    /// The same for the mass: a row a quadrature point, a column a node.
+    inertia: Mat<f64>,
+    /// Lower triangle of the element's stiffness.
+    stiffness: Mat<f64>,
+    /// Lower triangle of the element's mass, the same for each amplitude.
+    mass: Mat<f64>,
+}
+
+impl Kernel {
+    fn new(material: &Material, harmonic: Harmonic) -> Self {
+        let points = quadrature();
+        let columns = ELEMENT_NODES * harmonic.amplitudes().len();
+        Self {
+            harmonic,
+            root: material.stiffness_root(),
+            density: material.density,
+            strain: Mat::zeros(STRAINS * points.len(), columns),
+            inertia: Mat::zeros(points.len(), ELEMENT_NODES),
+            stiffness: Mat::zeros(columns, columns),
+            mass: Mat::zeros(ELEMENT_NODES, ELEMENT_NODES),
+            points,
+        }
+    }
+
+    /// Integrates the element with nodes at the given `(r, z)`.
+    fn integrate(&mut self, nodes: [[f64; 2]; ELEMENT_NODES]) {
+        let amplitudes = self.harmonic.amplitudes();
+        let around = self.harmonic.angular_integral();
+        for (q, point) in self.points.iter().enumerate() {
+            let place = Place::of(point, &nodes);
+            let volume = around * place.radius * place.determinant * point.weight;
+            let root = volume.sqrt();
+            let inertia = (self.density * volume).sqrt();
+            for node in 0..ELEMENT_NODES {
+                let shape = place.shape_function(point, node);
+                self.inertia[(q, node)] = inertia * shape.value;
+                for (slot, &amplitude) in amplitudes.iter().enumerate() {
+                    let strain = self.harmonic.strain(amplitude, shape, place.radius);
+                    let column = self.strain.col_mut(node * amplitudes.len() + slot);
+                    let rows = column.subrows_mut(q * STRAINS, STRAINS);
+                    for (entry, value) in rows.iter_mut().zip(self.root.times(strain)) {
+                        *entry = root * value;
+                    }
+                }
+            }
+        }
+        lower_gram(&mut self.stiffness, &self.strain);
+        lower_gram(&mut self.mass, &self.inertia);
+    }
+}
+
+/// Writes the lower triangle of `S^T S`.
+fn lower_gram(out: &mut Mat<f64>, factor: &Mat<f64>) {
+    triangular::matmul(
+        out.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        factor.transpose(),
+        BlockStructure::Rectangular,
+        factor.as_ref(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// The isoparametric map at one quadrature point.
+struct Place {
+    radius: f64,
+    /// Rows: derivatives of `(r, z)` along the first and the second local coordinate.
+    jacobian: [[f64; 2]; 2],
+    determinant: f64,
+}
+
+impl Place {
+    fn of(point: &QuadraturePoint, nodes: &[[f64; 2]; ELEMENT_NODES]) -> Self {
+        let mut radius = 0.0;
+        let mut jacobian = [[0.0; 2]; 2];
+        for (k, node) in nodes.iter().enumerate() {
+            radius += point.value[k] * node[0];
+            for axis in 0..2 {
+                jacobian[0][axis] += point.d_xi[k] * node[axis];
+                jacobian[1][axis] += point.d_eta[k] * node[axis];
+            }
+        }
+        let [[r_xi, z_xi], [r_eta, z_eta]] = jacobian;
+        Self {
+            radius,
+            jacobian,
+            determinant: r_xi * z_eta - z_xi * r_eta,
+        }
+    }
+
+    fn shape_function(&self, point: &QuadraturePoint, node: usize) -> ShapeFunction {
+        let [[r_xi, z_xi], [r_eta, z_eta]] = self.jacobian;
+        let [d_xi, d_eta] = [point.d_xi[node], point.d_eta[node]];
+        ShapeFunction {
+            value: point.value[node],
+            d_r: (z_eta * d_xi - z_xi * d_eta) / self.determinant,
+            d_z: (r_xi * d_eta - r_eta * d_xi) / self.determinant,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    const STEEL: Material = Material {
+        young: 207e9,
+        poisson: 0.3,
+        density: 7800.0,
+    };
+
+    #[test]
+    fn rigid_motions_have_no_stiffness_and_the_mass_of_the_body() {
+        let [diameter, length] = [0.02, 0.2];
+        let section = Section::rod(diameter, length, 0.01).unwrap();
+        let mass = 7800.0 * PI * 1e-4 * length;
+        let spin = mass * 1e-4 / 2.0;
+        // About the rod's end, the origin: m (R^2 / 4 + L^2 / 3).
+        let tumble = mass * (1e-4 / 4.0 + length * length / 3.0);
+        let inertia = [
+            (Harmonic::Torsion, vec![spin]),
+            (Harmonic::Axial, vec![mass]),
+            (Harmonic::Bending, vec![mass, tumble]),
+        ];
+        for (harmonic, exact) in inertia {
+            let dofs = DofMap::new(&section, harmonic);
+            let pencil = Pencil::assemble(&section, &STEEL, harmonic, &dofs);
+            let scale = pencil.stiffness.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            for (motion, exact) in harmonic.rigid_motions(&section).iter().zip(exact) {
+                let x = dofs.gather(motion);
+                let size = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+                for force in pencil.times(&pencil.stiffness, &x) {
+                    assert!(force.abs() < 1e-12 * scale * size, "{harmonic}: {force:e}");
+                }
+                let energy: f64 = pencil
+                    .mass_times(&x)
+                    .iter()
+                    .zip(&x)
+                    .map(|(a, b)| a * b)
+                    .sum();
+                assert!((energy / exact - 1.0).abs() < 1e-13, "{harmonic}: {energy}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_uniform_stretch_has_the_energy_of_hookes_law() {
+        // Plane-free bar: u_z = e z, u_r = -nu e r is uniaxial stress, energy E e^2 V / 2.
+        let section = Section::rod(0.02, 0.1, 0.01).unwrap();
+        let dofs = DofMap::new(&section, Harmonic::Axial);
+        let pencil = Pencil::assemble(&section, &STEEL, Harmonic::Axial, &dofs);
+        let stretch: Vec<[f64; 3]> = section
+            .nodes()
+            .iter()
+            .map(|&[r, z]| [-0.3 * r, 0.0, z])
+            .collect();
+        let x = dofs.gather(&stretch);
+        let twice: f64 = pencil
+            .times(&pencil.stiffness, &x)
+            .iter()
+            .zip(&x)
+            .map(|(a, b)| a * b)
+            .sum();
+        let exact = 207e9 * PI * 1e-4 * 0.1;
+        assert!((twice / exact - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,440 @@
+//! The bodies that can be meshed.
+//!
+//! ```text
+//!        N ___                 N north pole
+//!        |    `--. D           C corner where beam and sphere meet: re-entrant, so stresses
+//!        |-----/  \              are singular there and the mesh is graded towards it
+//!        | core|   |           the ball is four patches: core, below it, beside it, above it
+//!      A |_____|__/ C          a sphere alone has an arc from its south pole in place of A-C
+//!        |       |
+//!        | beam  |
+//!        |_______|
+//! ```
+
+use super::section::{Curve, Drawing, Grading, Partition, Section, Sides};
+use super::{FemError, Geometry, LengthReading};
+
+/// The largest mesh that is made, in elements before grading: some ten seconds, not hours.
+const ELEMENT_LIMIT: usize = 2_000;
+
+/// The mesh of a ball on a beam, and which of its nodes lie on the free surface.
+#[derive(Clone, Debug)]
+pub(super) struct BallOnBeam {
+    pub(super) section: Section,
+    /// Centre of the beam's free end.
+    pub(super) end: usize,
+    /// The beam's side, from the free end to the corner.
+    pub(super) side: Vec<usize>,
+    /// The ball's free surface, from the north pole to the corner.
+    pub(super) ball: Vec<usize>,
+}
+
+impl Section {
+    /// Meshes a ball on a beam.
+    ///
+    /// `element_size` (m) bounds the edges of the elements; towards the corner where the beam
+    /// meets the sphere they become smaller by themselves.
+    ///
+    /// # Errors
+    /// [`FemError::Dimension`] and [`FemError::TooFine`].
+    pub fn ball_on_beam(geometry: &Geometry, element_size: f64) -> Result<Self, FemError> {
+        Ok(BallOnBeam::mesh(geometry, element_size)?.section)
+    }
+
+    /// Meshes a cylinder of the given diameter and length (m), its lower end at `z = 0`.
+    ///
+    /// # Errors
+    /// [`FemError::Dimension`] and [`FemError::TooFine`].
+    pub fn rod(diameter: f64, length: f64, element_size: f64) -> Result<Self, FemError> {
+        positive("rod diameter", diameter)?;
+        positive("rod length", length)?;
+        let radius = 0.5 * diameter;
+        affordable(radius * length, element_size)?;
+        let mut drawing = Drawing::default();
+        let across = Partition::new(radius, element_size, Grading::Uniform);
+        let along = Partition::new(length, element_size, Grading::Uniform);
+        let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
+        let [a, b, c, d] = corners.map(|p| drawing.vertex(p));
+        let bottom = drawing.line(a, b, &across);
+        let right = drawing.line(b, c, &along);
+        let top = drawing.line(d, c, &across);
+        let left = drawing.line(a, d, &along);
+        drawing.patch(&Sides {
+            bottom: &bottom,
+            right: &right,
+            top: &top,
+            left: &left,
+        });
+        Ok(drawing.finish())
+    }
+
+    /// Meshes a sphere of the given diameter (m) about the origin.
+    ///
+    /// # Errors
+    /// [`FemError::Dimension`] and [`FemError::TooFine`].
+    pub fn sphere(diameter: f64, element_size: f64) -> Result<Self, FemError> {
+        positive("sphere diameter", diameter)?;
+        let radius = 0.5 * diameter;
+        affordable(std::f64::consts::FRAC_PI_2 * radius * radius, element_size)?;
+        let mut drawing = Drawing::default();
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let radial = Partition::new(radius * quarter, element_size, Grading::Uniform);
+        let south = drawing.vertex([0.0, -radius]);
+        let corner = drawing.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
+        let base = drawing.arc(south, corner, &radial);
+        ball(
+            &mut drawing,
+            radius,
+            &base,
+            &radial,
+            &BallMesh {
+                size: element_size,
+                grading: Grading::Uniform,
+            },
+        );
+        Ok(drawing.finish())
+    }
+}
+
+impl BallOnBeam {
+    /// Meshes beam and ball; see [`Section::ball_on_beam`].
+    pub(super) fn mesh(geometry: &Geometry, size: f64) -> Result<Self, FemError> {
+        let Heights { end, corner } = Heights::of(geometry)?;
+        let radius = 0.5 * geometry.ball_diameter;
+        let beam_radius = 0.5 * geometry.beam_diameter;
+        affordable(
+            beam_radius * (corner - end) + std::f64::consts::FRAC_PI_2 * radius * radius,
+            size,
+        )?;
+
+        let mut drawing = Drawing::default();
+        let c = drawing.vertex([beam_radius, corner]);
+        let polar = beam_radius.atan2(corner);
+        // The same division serves the beam's radius and the arc above the ball's core.
+        let radial = Partition::new(
+            beam_radius.max(radius * polar * SHOULDER),
+            size,
+            Grading::End,
+        );
+        let along = Partition::new(corner - end, size, Grading::End);
+        let centre = drawing.vertex([0.0, end]);
+        let rim = drawing.vertex([beam_radius, end]);
+        let a = drawing.vertex([0.0, corner]);
+        let base = drawing.line(a, c, &radial);
+        let side = drawing.line(rim, c, &along);
+        let cap = drawing.line(centre, rim, &radial);
+        let axis = drawing.line(centre, a, &along);
+        drawing.patch(&Sides {
+            bottom: &cap,
+            right: &side,
+            top: &base,
+            left: &axis,
+        });
+        let ball = ball(
+            &mut drawing,
+            radius,
+            &base,
+            &radial,
+            &BallMesh {
+                size,
+                grading: Grading::Start,
+            },
+        );
+        Ok(Self {
+            section: drawing.finish(),
+            end: centre,
+            side: side.nodes,
+            ball,
+        })
+    }
+}
+
+/// Where the beam ends and where it meets the sphere, as heights above the ball's centre (m).
+struct Heights {
+    end: f64,
+    corner: f64,
+}
+
+impl Heights {
+    fn of(geometry: &Geometry) -> Result<Self, FemError> {
+        let Geometry {
+            ball_diameter,
+            beam_diameter,
+            beam_length,
+            reading,
+        } = *geometry;
+        positive("ball diameter", ball_diameter)?;
+        positive("beam diameter", beam_diameter)?;
+        positive("beam length", beam_length)?;
+        if beam_diameter >= ball_diameter {
+            return Err(FemError::Dimension {
+                name: "beam diameter",
+                value: beam_diameter,
+                requirement: "must be smaller than the ball's diameter",
+            });
+        }
+        let [ball, beam] = [0.5 * ball_diameter, 0.5 * beam_diameter];
+        let corner = -((ball - beam) * (ball + beam)).sqrt();
+        let end = match reading {
+            LengthReading::ToSphere => corner - beam_length,
+            LengthReading::ToCentre => -beam_length,
+        };
+        if end >= corner {
+            return Err(FemError::Dimension {
+                name: "beam length",
+                value: beam_length,
+                requirement: "must reach out of the ball when it is measured to the centre",
+            });
+        }
+        Ok(Self { end, corner })
+    }
+}
+
+/// Polar angle of the point D in the sketch, as a fraction of the corner's.
+const SHOULDER: f64 = 1.0 / 3.0;
+/// Size of the core as a fraction of the ball.
+const CORE: f64 = 0.5;
+
+/// How a ball is divided.
+struct BallMesh {
+    size: f64,
+    /// Towards the corner, both along the surface and into the depth.
+    grading: Grading,
+}
+
+/// Adds a ball about the origin on top of `base`, which runs from the axis to the corner and is
+/// divided as `radial`. Returns the nodes of its surface from the north pole to the corner.
+fn ball(
+    drawing: &mut Drawing,
+    radius: f64,
+    base: &Curve,
+    radial: &Partition,
+    mesh: &BallMesh,
+) -> Vec<usize> {
+    let [south, corner] = [base.first(), base.last()];
+    let [r, z] = drawing.position(corner);
+    let polar = r.atan2(z);
+    let north = drawing.vertex([0.0, radius]);
+    let angle = polar * SHOULDER;
+    let shoulder = drawing.vertex([radius * angle.sin(), radius * angle.cos()]);
+
+    // The core is the outer contour shrunk towards the middle of the axis.
+    let middle = 0.5 * (drawing.position(south)[1] + radius);
+    let outer = [south, corner, shoulder, north];
+    let core = outer.map(|node| {
+        let [r, z] = drawing.position(node);
+        drawing.vertex([CORE * r, middle + CORE * (z - middle)])
+    });
+    let depth = (1.0 - CORE) * r.hypot(z - middle);
+    let layers = Partition::new(depth, mesh.size, mesh.grading);
+    let along = Partition::new(radius * (polar - angle), mesh.size, mesh.grading);
+    let [spoke_south, spoke_corner, spoke_shoulder, spoke_north] =
+        std::array::from_fn(|k| drawing.line(outer[k], core[k], &layers));
+
+    let flank = drawing.arc(corner, shoulder, &along);
+    let crown = drawing.arc(north, shoulder, radial);
+    let core_bottom = drawing.line(core[0], core[1], radial);
+    let core_right = drawing.line(core[1], core[2], &along);
+    let core_top = drawing.line(core[3], core[2], radial);
+    let core_left = drawing.line(core[0], core[3], &along);
+
+    drawing.patch(&Sides {
+        bottom: &core_bottom,
+        right: &core_right,
+        top: &core_top,
+        left: &core_left,
+    });
+    drawing.patch(&Sides {
+        bottom: base,
+        right: &spoke_corner,
+        top: &core_bottom,
+        left: &spoke_south,
+    });
+    drawing.patch(&Sides {
+        bottom: &flank,
+        right: &spoke_shoulder,
+        top: &core_right,
+        left: &spoke_corner,
+    });
+    drawing.patch(&Sides {
+        bottom: &core_top,
+        right: &spoke_shoulder.reversed(),
+        top: &crown,
+        left: &spoke_north.reversed(),
+    });
+
+    let mut surface = crown.nodes;
+    surface.extend(flank.nodes.iter().rev().skip(1));
+    surface
+}
+
+/// Refuses a dimension that is not a positive number.
+fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(FemError::Dimension {
+        name,
+        value,
+        requirement: "must be a positive number",
+    })
+}
+
+/// Refuses an element size that is not a positive number or gives too many elements.
+fn affordable(area: f64, size: f64) -> Result<(), FemError> {
+    positive("element size", size)?;
+    let elements = area / (size * size);
+    if elements <= ELEMENT_LIMIT as f64 {
+        return Ok(());
+    }
+    Err(FemError::TooFine {
+        size,
+        elements,
+        limit: ELEMENT_LIMIT,
+        smallest: (area / ELEMENT_LIMIT as f64).sqrt(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::element::quadrature;
+    use std::f64::consts::PI;
+
+    fn geometry(reading: LengthReading) -> Geometry {
+        Geometry {
+            ball_diameter: 31.75e-3,
+            beam_diameter: 20e-3,
+            beam_length: 0.2,
+            reading,
+        }
+    }
+
+    /// Volume of the body of revolution; fails on an element turned inside out.
+    fn volume(section: &Section) -> f64 {
+        let mut volume = 0.0;
+        for element in section.elements() {
+            for point in quadrature() {
+                let mut r = 0.0;
+                let mut jacobian = [[0.0; 2]; 2];
+                for (k, &node) in element.iter().enumerate() {
+                    let position = section.nodes()[node];
+                    r += point.value[k] * position[0];
+                    for x in 0..2 {
+                        jacobian[0][x] += point.d_xi[k] * position[x];
+                        jacobian[1][x] += point.d_eta[k] * position[x];
+                    }
+                }
+                let det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
+                assert!(det > 0.0, "element turned inside out at r = {r}");
+                volume += 2.0 * PI * r * det * point.weight;
+            }
+        }
+        volume
+    }
+
+    fn assert_close(value: f64, exact: f64, tolerance: f64) {
+        let error = (value / exact - 1.0).abs();
+        assert!(error < tolerance, "{value} against {exact}: {error:e}");
+    }
+
+    #[test]
+    fn volumes_are_those_of_the_bodies() {
+        let rod = Section::rod(0.02, 0.2, 0.01).unwrap();
+        assert_close(volume(&rod), PI * 1e-4 * 0.2, 1e-13);
+        let sphere = Section::sphere(0.03, 0.005).unwrap();
+        assert_close(volume(&sphere), PI / 6.0 * 0.03_f64.powi(3), 1e-9);
+        // Cylinder plus the ball without the cap inside the beam.
+        let [ball, beam, length] = [15.875e-3_f64, 10e-3_f64, 0.2];
+        let height = (ball * ball - beam * beam).sqrt();
+        let cap = ball - height;
+        let head = 4.0 / 3.0 * PI * ball.powi(3) - PI * cap * cap * (ball - cap / 3.0);
+        for (reading, free) in [
+            (LengthReading::ToSphere, length),
+            (LengthReading::ToCentre, length - height),
+        ] {
+            let mesh = Section::ball_on_beam(&geometry(reading), 0.005).unwrap();
+            assert_close(volume(&mesh), PI * beam * beam * free + head, 1e-9);
+        }
+    }
+
+    #[test]
+    fn slender_and_stout_beams_mesh_too() {
+        for beam_diameter in [1e-3, 31e-3] {
+            let slim = Geometry {
+                beam_diameter,
+                ..geometry(LengthReading::ToSphere)
+            };
+            volume(&Section::ball_on_beam(&slim, 5e-3).unwrap());
+        }
+    }
+
+    #[test]
+    fn surface_nodes_lie_on_the_surface() {
+        let mesh = BallOnBeam::mesh(&geometry(LengthReading::ToCentre), 6e-3).unwrap();
+        for &node in &mesh.ball {
+            let [r, z] = mesh.section.nodes[node];
+            assert!((r.hypot(z) - 15.875e-3).abs() < 1e-16);
+        }
+        for &node in &mesh.side {
+            assert_eq!(mesh.section.nodes[node][0], 10e-3);
+        }
+        assert_eq!(mesh.section.nodes[mesh.end], [0.0, -0.2]);
+        assert_eq!(mesh.section.nodes[mesh.ball[0]], [0.0, 15.875e-3]);
+        assert_eq!(mesh.ball.last(), mesh.side.last());
+    }
+
+    #[test]
+    fn impossible_dimensions_are_refused_by_name() {
+        let good = geometry(LengthReading::ToCentre);
+        let bad = [
+            (
+                "ball diameter",
+                Geometry {
+                    ball_diameter: -1.0,
+                    ..good
+                },
+            ),
+            (
+                "beam diameter",
+                Geometry {
+                    beam_diameter: f64::NAN,
+                    ..good
+                },
+            ),
+            (
+                "beam diameter",
+                Geometry {
+                    beam_diameter: 0.04,
+                    ..good
+                },
+            ),
+            (
+                "beam length",
+                Geometry {
+                    beam_length: 0.0,
+                    ..good
+                },
+            ),
+            (
+                "beam length",
+                Geometry {
+                    beam_length: 0.01,
+                    ..good
+                },
+            ),
+        ];
+        for (name, geometry) in bad {
+            let message = Section::ball_on_beam(&geometry, 0.01)
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(name), "{message}");
+        }
+        for size in [0.0, -1e-3, f64::INFINITY] {
+            let error = Section::ball_on_beam(&good, size).unwrap_err();
+            assert!(error.to_string().contains("element size"));
+        }
+        let error = Section::ball_on_beam(&good, 1e-5).unwrap_err();
+        assert!(matches!(error, FemError::TooFine { .. }));
+    }
+}

@@ -1,0 +1,315 @@
+//! The lowest elastic eigenpairs of `K x = lambda M x`.
+//!
+//! Shift and invert: with `sigma < 0` the matrix `K - sigma M` is positive definite even though a
+//! free body has rigid motions, so a sparse Cholesky factorisation exists, and
+//! `A = (K - sigma M)^-1 M`, self-adjoint in the inner product of `M`, has the wanted pairs as its
+//! largest: `theta = 1 / (lambda - sigma)`. The Lanczos process builds an `M`-orthonormal basis
+//! with full reorthogonalisation (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 13). The
+//! rigid motions are known, so they are the first vectors of that basis and take no part in the
+//! process: what comes out is elastic by construction, and no frequency has to be judged as
+//! "nearly zero". Within one family no elastic frequency is multiple (bending pairs are two copies
+//! of one solution), which is what the single-vector process needs.
+
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{ColMut, Mat, Side};
+
+use super::assembly::Pencil;
+use super::{FemError, Harmonic};
+
+/// Eigenpairs in ascending order.
+#[derive(Clone, Debug)]
+pub(super) struct Eigenpairs {
+    /// Eigenvalues `lambda = omega^2`, rad^2/s^2.
+    pub(super) values: Vec<f64>,
+    /// Eigenvectors, `M`-orthonormal.
+    pub(super) vectors: Vec<Vec<f64>>,
+}
+
+/// A Ritz pair has converged when its residual in the norm of `M`, relative to `theta`, is below
+/// this; the eigenvalue's relative error is then of the order of its square.
+const TOLERANCE: f64 = 1e-12;
+/// Lanczos steps between two looks at the Ritz values.
+const LOOK_EVERY: usize = 4;
+
+/// What to look for.
+pub(super) struct Search<'a> {
+    /// The family, named in errors.
+    pub(super) harmonic: Harmonic,
+    /// Rigid motions, linearly independent.
+    pub(super) rigid: &'a [Vec<f64>],
+    /// Number of elastic pairs wanted.
+    pub(super) wanted: usize,
+    /// The shift `sigma`, negative, rad^2/s^2.
+    pub(super) shift: f64,
+}
+
+/// Finds the lowest elastic eigenpairs.
+///
+/// # Errors
+/// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`].
+pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs, FemError> {
+    let &Search {
+        harmonic,
+        rigid,
+        wanted,
+        shift,
+    } = search;
+    let available = pencil.len().saturating_sub(rigid.len());
+    if wanted > available {
+        return Err(FemError::TooManyModes {
+            harmonic,
+            wanted,
+            available,
+        });
+    }
+    let factor = factorise(pencil, search)?;
+    let mut basis = MassBasis::new(pencil);
+    for motion in rigid {
+        basis.extend(motion.clone());
+    }
+    basis.extend(start_vector(pencil.len()));
+
+    let limit = available.min(30 + 10 * wanted);
+    let mut lanczos = Tridiagonal::default();
+    let mut converged = 0;
+    while lanczos.diagonal.len() < limit {
+        let mut next = basis.last_mass_vector().to_vec();
+        factor.solve_in_place(ColMut::from_slice_mut(&mut next).as_mat_mut());
+        let step = basis.extend(next);
+        lanczos.diagonal.push(step.along_last);
+        lanczos.coupling.push(step.remainder);
+
+        let steps = lanczos.diagonal.len();
+        if steps == limit || (steps >= wanted && steps % LOOK_EVERY == 0) {
+            let ritz = lanczos.ritz(wanted.min(steps));
+            // With the whole space spanned there is no remainder left, only its rounding.
+            let done = |pair: &&RitzPair| steps == available || pair.residual <= TOLERANCE;
+            converged = ritz.iter().take_while(done).count();
+            if converged == wanted {
+                return Ok(assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift));
+            }
+        }
+    }
+    Err(FemError::NoConvergence {
+        harmonic,
+        wanted,
+        converged,
+        steps: limit,
+    })
+}
+
+/// Factorises `K - sigma M`.
+fn factorise(pencil: &Pencil, search: &Search<'_>) -> Result<Llt<usize, f64>, FemError> {
+    let shifted: Vec<f64> = pencil
+        .stiffness
+        .iter()
+        .zip(&pencil.mass)
+        .map(|(k, m)| k - search.shift * m)
+        .collect();
+    let n = pencil.len();
+    let pattern =
+        SymbolicSparseColMatRef::new_checked(n, n, &pencil.column_start, None, &pencil.row);
+    SparseColMatRef::new(pattern, &shifted)
+        .sp_cholesky(Side::Lower)
+        .map_err(|error| FemError::Factorisation {
+            harmonic: search.harmonic,
+            reason: error.to_string(),
+        })
+}
+
+/// A fixed vector without symmetry, so that no mode is missed and every run is the same: the
+/// multiples of the golden ratio modulo one.
+fn start_vector(len: usize) -> Vec<f64> {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    (1..=len)
+        .map(|i| (i as f64 * golden).fract() - 0.5)
+        .collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// `y += factor * x`.
+fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (a, b) in y.iter_mut().zip(x) {
+        *a += factor * b;
+    }
+}
+
+/// A growing basis, orthonormal in the inner product of `M`.
+struct MassBasis<'a> {
+    pencil: &'a Pencil,
+    vectors: Vec<Vec<f64>>,
+    /// `M` times each vector.
+    mass_vectors: Vec<Vec<f64>>,
+}
+
+/// What was found while a vector was made orthogonal to a basis.
+struct Extension {
+    /// Its component along the basis vector that was last before.
+    along_last: f64,
+    /// Norm of what was left of it.
+    remainder: f64,
+}
+
+impl<'a> MassBasis<'a> {
+    fn new(pencil: &'a Pencil) -> Self {
+        Self {
+            pencil,
+            vectors: Vec::new(),
+            mass_vectors: Vec::new(),
+        }
+    }
+
+    fn last_mass_vector(&self) -> &[f64] {
+        &self.mass_vectors[self.mass_vectors.len() - 1]
+    }
+
+    /// Makes `x` orthogonal to the basis, normalises it and adds it.
+    fn extend(&mut self, mut x: Vec<f64>) -> Extension {
+        let mut along_last = 0.0;
+        // Once removes the components, twice removes what rounding left of them.
+        for _ in 0..2 {
+            let mut last = 0.0;
+            for (vector, mass_vector) in self.vectors.iter().zip(&self.mass_vectors) {
+                let component = dot(mass_vector, &x);
+                add_scaled(&mut x, -component, vector);
+                last = component;
+            }
+            along_last += last;
+        }
+        let mut mass_x = self.pencil.mass_times(&x);
+        let remainder = dot(&x, &mass_x).sqrt();
+        for vector in [&mut x, &mut mass_x] {
+            vector.iter_mut().for_each(|v| *v /= remainder);
+        }
+        self.vectors.push(x);
+        self.mass_vectors.push(mass_x);
+        Extension {
+            along_last,
+            remainder,
+        }
+    }
+}
+
+/// The operator projected on the Lanczos basis.
+#[derive(Default)]
+struct Tridiagonal {
+    diagonal: Vec<f64>,
+    /// Entry `k` couples the vectors `k` and `k + 1`; the last one couples to what is not yet in
+    /// the projection, and so measures its error.
+    coupling: Vec<f64>,
+}
+
+/// An approximate eigenpair of the operator.
+struct RitzPair {
+    theta: f64,
+    /// Components along the Lanczos vectors.
+    components: Vec<f64>,
+    /// Norm of the residual, relative to `theta`.
+    residual: f64,
+}
+
+impl Tridiagonal {
+    /// The pairs with the largest `theta`, largest first; none if the small eigenproblem fails,
+    /// which the caller then sees as missing convergence.
+    fn ritz(&self, count: usize) -> Vec<RitzPair> {
+        let n = self.diagonal.len();
+        let matrix = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 => self.diagonal[i],
+            1 => self.coupling[i.min(j)],
+            _ => 0.0,
+        });
+        let Ok(eigen) = matrix.self_adjoint_eigen(Side::Lower) else {
+            return Vec::new();
+        };
+        (0..count)
+            .map(|k| {
+                let column = n - 1 - k;
+                let theta = eigen.S()[column];
+                let components: Vec<f64> = eigen.U().col(column).iter().copied().collect();
+                RitzPair {
+                    theta,
+                    residual: (self.coupling[n - 1] * components[n - 1] / theta).abs(),
+                    components,
+                }
+            })
+            .collect()
+    }
+}
+
+/// From Ritz pairs of the operator to eigenpairs of the pencil.
+fn assemble_pairs(ritz: &[RitzPair], basis: &[Vec<f64>], shift: f64) -> Eigenpairs {
+    let vectors = ritz.iter().map(|pair| {
+        let mut vector = vec![0.0; basis[0].len()];
+        for (&component, base) in pair.components.iter().zip(basis) {
+            add_scaled(&mut vector, component, base);
+        }
+        vector
+    });
+    Eigenpairs {
+        values: ritz.iter().map(|pair| shift + pair.theta.recip()).collect(),
+        vectors: vectors.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::harmonic::DofMap;
+    use crate::fem::{Material, Section};
+
+    #[test]
+    fn no_mode_is_missed_and_none_is_found_twice() {
+        // Against all eigenvalues of the same matrices, dense: M = L L^T, L^-1 K L^-T.
+        let material = Material {
+            young: 207e9,
+            poisson: 0.3,
+            density: 7800.0,
+        };
+        let section = Section::rod(0.02, 0.06, 0.02).unwrap();
+        for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
+            let dofs = DofMap::new(&section, harmonic);
+            let pencil = Pencil::assemble(&section, &material, harmonic, &dofs);
+            let rigid: Vec<Vec<f64>> = harmonic
+                .rigid_motions(&section)
+                .iter()
+                .map(|motion| dofs.gather(motion))
+                .collect();
+            let dense = |lower: &[f64]| {
+                let mut full = Mat::zeros(pencil.len(), pencil.len());
+                for j in 0..pencil.len() {
+                    let column = pencil.column_start[j]..pencil.column_start[j + 1];
+                    for (&i, &value) in pencil.row[column.clone()].iter().zip(&lower[column]) {
+                        full[(i, j)] = value;
+                        full[(j, i)] = value;
+                    }
+                }
+                full
+            };
+            let root = dense(&pencil.mass).llt(Side::Lower).unwrap();
+            let mut reduced = dense(&pencil.stiffness);
+            root.L().solve_lower_triangular_in_place(&mut reduced);
+            let mut reduced = reduced.transpose().to_owned();
+            root.L().solve_lower_triangular_in_place(&mut reduced);
+            let all = reduced.self_adjoint_eigenvalues(Side::Lower).unwrap();
+
+            let wanted = 12;
+            let search = Search {
+                harmonic,
+                rigid: &rigid,
+                wanted,
+                shift: -1e9,
+            };
+            let found = lowest(&pencil, &search).unwrap();
+            for (value, reference) in found.values.iter().zip(&all[rigid.len()..]) {
+                let error = (value / reference - 1.0).abs();
+                assert!(error < 1e-9, "{harmonic}: {value} against {reference}");
+            }
+            assert_eq!(found.values.len(), wanted);
+        }
+    }
+}

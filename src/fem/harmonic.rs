@@ -1,0 +1,284 @@
+//! Fourier harmonics round the axis: displacement, strain and the conditions on the axis.
+//!
+//! A mode of a body of revolution has one circumferential order `n`. With the meridian
+//! amplitudes `U, V, W (r, z)` it reads
+//!
+//! ```text
+//! u_r = U cos(n theta)    u_theta = -V sin(n theta)    u_z = W cos(n theta)
+//! ```
+//!
+//! or the same turned about the axis. Orders 0 and 1 are needed here: order 0 splits into torsion
+//! (`u_theta = V` alone) and axial motion (`U`, `W`), order 1 is bending. The sign of `V` is
+//! chosen so that a translation along x is `U = V = 1`, and single-valued displacement on the axis
+//! means `U = V, W = 0` for order 1, and `U = V = 0` for order 0. These conditions are built into
+//! the numbering of the degrees of freedom: a vanishing amplitude gets no number, and `U` and `V`
+//! of a node on the axis share one.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+use super::{Material, ModeKind, Section};
+
+/// A family of modes that decouples from the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Harmonic {
+    /// Order 0, circumferential displacement.
+    Torsion,
+    /// Order 0, radial and axial displacement.
+    Axial,
+    /// Order 1; every frequency belongs to a pair of modes at right angles.
+    Bending,
+}
+
+impl fmt::Display for Harmonic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Torsion => "torsion",
+            Self::Axial => "axial",
+            Self::Bending => "bending",
+        })
+    }
+}
+
+/// Number of strain components.
+pub(super) const STRAINS: usize = 6;
+
+impl Harmonic {
+    /// Which of the amplitudes `U, V, W` (0, 1, 2) take part.
+    pub(super) fn amplitudes(self) -> &'static [usize] {
+        match self {
+            Self::Torsion => &[1],
+            Self::Axial => &[0, 2],
+            Self::Bending => &[0, 1, 2],
+        }
+    }
+
+    /// Circumferential order `n`.
+    fn order(self) -> f64 {
+        match self {
+            Self::Torsion | Self::Axial => 0.0,
+            Self::Bending => 1.0,
+        }
+    }
+
+    /// Integral over the angle of the squared cosine or sine that every term carries.
+    pub(super) fn angular_integral(self) -> f64 {
+        match self {
+            Self::Torsion | Self::Axial => TAU,
+            Self::Bending => PI,
+        }
+    }
+
+    /// Strains of a unit amplitude (0, 1, 2 for `U, V, W`) that varies as a shape function with
+    /// the given value (1) and derivatives (1/m) at radius `r` (m).
+    ///
+    /// The order is `rr, theta theta, zz, rz, r theta, theta z`, shear strains in the engineering
+    /// sense; their factors `cos(n theta)` and `sin(n theta)` are left out.
+    pub(super) fn strain(self, amplitude: usize, shape: ShapeFunction, r: f64) -> [f64; STRAINS] {
+        let ShapeFunction { value, d_r, d_z } = shape;
+        let hoop = value / r;
+        let n = self.order();
+        match amplitude {
+            0 => [d_r, hoop, 0.0, d_z, -n * hoop, 0.0],
+            1 => [0.0, -n * hoop, 0.0, 0.0, hoop - d_r, -d_z],
+            _ => [0.0, 0.0, d_z, d_r, 0.0, -n * hoop],
+        }
+    }
+
+    /// The rigid-body motions of this family as amplitudes `[U, V, W]` at the nodes.
+    pub(super) fn rigid_motions(self, section: &Section) -> Vec<Vec<[f64; 3]>> {
+        let field =
+            |motion: fn(&[f64; 2]) -> [f64; 3]| section.nodes().iter().map(motion).collect();
+        match self {
+            Self::Torsion => vec![field(|&[r, _]| [0.0, r, 0.0])],
+            Self::Axial => vec![field(|_| [0.0, 0.0, 1.0])],
+            Self::Bending => vec![field(|_| [1.0, 1.0, 0.0]), field(|&[r, z]| [z, z, -r])],
+        }
+    }
+}
+
+/// Value and gradient of one shape function at a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShapeFunction {
+    pub(super) value: f64,
+    pub(super) d_r: f64,
+    pub(super) d_z: f64,
+}
+
+impl ModeKind {
+    /// Displacement `[x, y, z]` where the amplitudes are `[U, V, W]`, at the azimuth with the
+    /// given cosine and sine.
+    pub(super) fn displacement(self, [u, v, w]: [f64; 3], cos: f64, sin: f64) -> [f64; 3] {
+        match self {
+            Self::Torsion => [-v * sin, v * cos, 0.0],
+            Self::Axial => [u * cos, u * sin, w],
+            Self::BendingX => [u * cos * cos + v * sin * sin, (u - v) * cos * sin, w * cos],
+            Self::BendingY => [(u - v) * cos * sin, u * sin * sin + v * cos * cos, w * sin],
+        }
+    }
+}
+
+impl Material {
+    /// Upper triangular factor `C` of the elasticity matrix, `D = C^T C` (Pa^(1/2)), so that the
+    /// energy density is half the square of `C` times the strain.
+    pub(super) fn stiffness_root(&self) -> StiffnessRoot {
+        let shear = self.shear_modulus();
+        let lame = 2.0 * shear * self.poisson / (1.0 - 2.0 * self.poisson);
+        let first = (lame + 2.0 * shear).sqrt();
+        let coupling = lame / first;
+        let second = (lame + 2.0 * shear - coupling * coupling).sqrt();
+        let cross = (lame - coupling * coupling) / second;
+        let third = (lame + 2.0 * shear - coupling * coupling - cross * cross).sqrt();
+        StiffnessRoot {
+            first,
+            coupling,
+            second,
+            cross,
+            third,
+            shear: shear.sqrt(),
+        }
+    }
+
+    /// Shear modulus, Pa.
+    pub(super) fn shear_modulus(&self) -> f64 {
+        self.young / (2.0 * (1.0 + self.poisson))
+    }
+}
+
+/// The Cholesky factor of the isotropic elasticity matrix.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StiffnessRoot {
+    first: f64,
+    coupling: f64,
+    second: f64,
+    cross: f64,
+    third: f64,
+    shear: f64,
+}
+
+impl StiffnessRoot {
+    /// `C` times a strain.
+    pub(super) fn times(&self, strain: [f64; STRAINS]) -> [f64; STRAINS] {
+        let [rr, tt, zz, rz, rt, tz] = strain;
+        [
+            self.first * rr + self.coupling * (tt + zz),
+            self.second * tt + self.cross * zz,
+            self.third * zz,
+            self.shear * rz,
+            self.shear * rt,
+            self.shear * tz,
+        ]
+    }
+}
+
+/// Numbers the degrees of freedom of one family on one mesh.
+#[derive(Clone, Debug)]
+pub(super) struct DofMap {
+    /// For each node and each of `U, V, W`: the number, or `None` where the amplitude vanishes.
+    index: Vec<[Option<usize>; 3]>,
+    /// How many there are.
+    pub(super) len: usize,
+}
+
+impl DofMap {
+    pub(super) fn new(section: &Section, harmonic: Harmonic) -> Self {
+        let mut len = 0;
+        let mut next = || {
+            len += 1;
+            Some(len - 1)
+        };
+        let index = section
+            .nodes()
+            .iter()
+            .map(|&[r, _]| match (harmonic, r == 0.0) {
+                (Harmonic::Torsion, true) => [None; 3],
+                (Harmonic::Torsion, false) => [None, next(), None],
+                (Harmonic::Axial, true) => [None, None, next()],
+                (Harmonic::Axial, false) => [next(), None, next()],
+                (Harmonic::Bending, true) => {
+                    let shared = next();
+                    [shared, shared, None]
+                }
+                (Harmonic::Bending, false) => [next(), next(), next()],
+            })
+            .collect();
+        Self { index, len }
+    }
+
+    /// The number of an amplitude (0, 1, 2 for `U, V, W`) at a node.
+    pub(super) fn of(&self, node: usize, amplitude: usize) -> Option<usize> {
+        self.index[node][amplitude]
+    }
+
+    /// From amplitudes at the nodes to degrees of freedom.
+    pub(super) fn gather(&self, field: &[[f64; 3]]) -> Vec<f64> {
+        let mut vector = vec![0.0; self.len];
+        for (numbers, amplitudes) in self.index.iter().zip(field) {
+            for (number, amplitude) in numbers.iter().zip(amplitudes) {
+                if let Some(i) = *number {
+                    vector[i] = *amplitude;
+                }
+            }
+        }
+        vector
+    }
+
+    /// From degrees of freedom to amplitudes at the nodes.
+    pub(super) fn scatter(&self, vector: &[f64]) -> Vec<[f64; 3]> {
+        self.index
+            .iter()
+            .map(|numbers| numbers.map(|number| number.map_or(0.0, |i| vector[i])))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stiffness_root_squares_to_hookes_law() {
+        for poisson in [-0.3, 0.0, 0.3, 0.49] {
+            let material = Material {
+                young: 207e9,
+                poisson,
+                density: 7800.0,
+            };
+            let root = material.stiffness_root();
+            let strain = [1.0, -0.4, 0.7, 0.3, -1.2, 0.5];
+            let twice_energy: f64 = root.times(strain).iter().map(|x| x * x).sum();
+            let shear = 207e9 / (2.0 * (1.0 + poisson));
+            let lame = 207e9 * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+            let trace = 1.0 - 0.4 + 0.7;
+            let exact = lame * trace * trace
+                + 2.0 * shear * (1.0 + 0.16 + 0.49)
+                + shear * (0.09 + 1.44 + 0.25);
+            assert!((twice_energy / exact - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn the_sine_copy_is_the_cosine_copy_turned_by_a_right_angle() {
+        let amplitudes = [0.3, -1.1, 0.7];
+        for azimuth in [0.0, 0.4, 2.0, -1.3_f64] {
+            let [x, y, z] =
+                ModeKind::BendingX.displacement(amplitudes, azimuth.cos(), azimuth.sin());
+            let turned = azimuth + PI / 2.0;
+            let copy = ModeKind::BendingY.displacement(amplitudes, turned.cos(), turned.sin());
+            for (a, b) in copy.into_iter().zip([-y, x, z]) {
+                assert!((a - b).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn scatter_undoes_gather_for_fields_that_obey_the_axis() {
+        let section = Section::sphere(0.02, 0.01).unwrap();
+        for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
+            let map = DofMap::new(&section, harmonic);
+            for motion in harmonic.rigid_motions(&section) {
+                assert_eq!(map.scatter(&map.gather(&motion)), motion);
+            }
+        }
+    }
+}

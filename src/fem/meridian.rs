@@ -1,0 +1,93 @@
+//! Natural modes of any section.
+
+use std::f64::consts::TAU;
+
+use super::assembly::Pencil;
+use super::eigen::{self, Search};
+use super::harmonic::DofMap;
+use super::{FemError, Harmonic, Material, Section};
+
+/// A free elastic mode of a body of revolution, given on the nodes of its section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeridianMode {
+    /// Natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Amplitudes `[U, V, W]` at the nodes, 1/sqrt(kg): `u_r = U cos(n theta)`,
+    /// `u_z = W cos(n theta)`, and `u_theta = V` for torsion or `-V sin(theta)` for bending. The
+    /// mode has unit mass over the whole body.
+    pub amplitudes: Vec<[f64; 3]>,
+}
+
+impl Section {
+    /// The lowest elastic modes of one family of the free body, in ascending order; rigid motions
+    /// are not among them. A bending mode stands for a pair of equal frequency.
+    ///
+    /// # Errors
+    /// [`FemError::Material`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
+    /// [`FemError::NoConvergence`].
+    pub fn modes(
+        &self,
+        material: &Material,
+        harmonic: Harmonic,
+        count: usize,
+    ) -> Result<Vec<MeridianMode>, FemError> {
+        check(material)?;
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let dofs = DofMap::new(self, harmonic);
+        let pencil = Pencil::assemble(self, material, harmonic, &dofs);
+        let rigid: Vec<Vec<f64>> = harmonic
+            .rigid_motions(self)
+            .iter()
+            .map(|motion| dofs.gather(motion))
+            .collect();
+        // As far below zero as the lowest modes are above it: shear waves across the body.
+        let shear_speed = (material.shear_modulus() / material.density).sqrt();
+        let rate = shear_speed / self.diagonal();
+        let pairs = eigen::lowest(
+            &pencil,
+            &Search {
+                harmonic,
+                rigid: &rigid,
+                wanted: count,
+                shift: -rate * rate,
+            },
+        )?;
+        Ok(pairs
+            .values
+            .iter()
+            .zip(&pairs.vectors)
+            .map(|(lambda, vector)| MeridianMode {
+                frequency_hz: lambda.sqrt() / TAU,
+                amplitudes: dofs.scatter(vector),
+            })
+            .collect())
+    }
+}
+
+/// Refuses constants that no stable elastic material has.
+fn check(material: &Material) -> Result<(), FemError> {
+    let &Material {
+        young,
+        poisson,
+        density,
+    } = material;
+    for (name, value) in [("Young's modulus", young), ("density", density)] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(FemError::Material {
+                name,
+                value,
+                requirement: "must be a positive number",
+            });
+        }
+    }
+    if !(poisson > -1.0 && poisson < 0.5) {
+        return Err(FemError::Material {
+            name: "Poisson's ratio",
+            value: poisson,
+            requirement: "must lie between -1 and 0.5",
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,249 @@
+//! The meridian section: nodes and quadrilaterals in the half-plane `(r, z)`, `r >= 0`.
+//!
+//! A section is drawn as a few four-sided patches. Each patch is bounded by four curves, each
+//! curve carries its nodes and is shared by the patches on its two sides, so neighbours conform by
+//! construction and nothing has to be welded. Nodes inside a patch follow from its boundary by
+//! transfinite interpolation (Gordon and Hall, Numer. Math. 21, 1973, 109); the elements are
+//! isoparametric, so an arc is followed to the fifth power of the element's angle.
+
+use super::element::{EDGE_NODES, EDGE_POINTS, ELEMENT_NODES};
+
+/// A mesh of a meridian section. Bodies to mesh are in [`Section::ball_on_beam`],
+/// [`Section::rod`] and [`Section::sphere`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    pub(super) nodes: Vec<[f64; 2]>,
+    pub(super) elements: Vec<[usize; ELEMENT_NODES]>,
+}
+
+impl Section {
+    /// Coordinates `(r, z)` of the nodes, m. On the axis `r` is exactly zero.
+    pub fn nodes(&self) -> &[[f64; 2]] {
+        &self.nodes
+    }
+
+    /// The elements: 5 x 5 node numbers each, row by row.
+    pub fn elements(&self) -> &[[usize; ELEMENT_NODES]] {
+        &self.elements
+    }
+
+    /// Diagonal of the box round the section, m: the length scale of its lowest modes.
+    pub(super) fn diagonal(&self) -> f64 {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for node in &self.nodes {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(node[axis]);
+                high[axis] = high[axis].max(node[axis]);
+            }
+        }
+        (high[0] - low[0]).hypot(high[1] - low[1])
+    }
+}
+
+/// Towards which end of a curve the elements become smaller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grading {
+    /// Equal elements.
+    Uniform,
+    /// Smaller towards the start.
+    Start,
+    /// Smaller towards the end.
+    End,
+}
+
+/// Ratio of an element to its neighbour in a graded layer. Ratio and levels were found by trial on
+/// the paper's body: without grading the fourth bending mode is 5e-4 too high, with it 3e-6.
+const GRADING_RATIO: f64 = 0.25;
+/// Number of times the element next to a corner is divided in that ratio.
+const GRADING_LEVELS: i32 = 3;
+
+/// How a curve is divided into elements: element borders and nodes as fractions of its length.
+#[derive(Clone, Debug)]
+pub(super) struct Partition {
+    params: Vec<f64>,
+}
+
+impl Partition {
+    /// Divides into equal elements no longer than `size` (at least one), and then, if graded,
+    /// divides the last one before the corner geometrically.
+    pub(super) fn new(length: f64, size: f64, grading: Grading) -> Self {
+        // The hair's breadth keeps 0.2 / 0.01 from becoming 21 elements.
+        let count = (length / size - 1e-9).ceil().max(1.0);
+        let mut borders: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
+        if grading != Grading::Uniform {
+            let graded = (1..=GRADING_LEVELS)
+                .rev()
+                .map(|level| GRADING_RATIO.powi(level) / count);
+            borders.splice(1..1, graded);
+        }
+        if grading == Grading::End {
+            borders.reverse();
+            borders.iter_mut().for_each(|b| *b = 1.0 - *b);
+        }
+        let mut params = vec![0.0];
+        for border in borders.windows(2) {
+            let width = border[1] - border[0];
+            params.extend(
+                EDGE_POINTS[1..EDGE_NODES - 1]
+                    .iter()
+                    .map(|xi| border[0] + 0.5 * (1.0 + xi) * width),
+            );
+            params.push(border[1]);
+        }
+        Self { params }
+    }
+}
+
+/// Node numbers along a curve, and where they sit on it as fractions of its length.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// Node numbers; element borders are every `DEGREE`-th.
+    pub(super) nodes: Vec<usize>,
+    params: Vec<f64>,
+}
+
+impl Curve {
+    /// The same curve run through the other way.
+    pub(super) fn reversed(&self) -> Self {
+        Self {
+            nodes: self.nodes.iter().rev().copied().collect(),
+            params: self.params.iter().rev().map(|s| 1.0 - s).collect(),
+        }
+    }
+
+    /// The first node.
+    pub(super) fn first(&self) -> usize {
+        self.nodes[0]
+    }
+
+    /// The last node.
+    pub(super) fn last(&self) -> usize {
+        self.nodes[self.nodes.len() - 1]
+    }
+}
+
+/// The four sides of a patch. Bottom and top run the same way, left and right run from bottom to
+/// top, and going along the bottom the patch lies on the left hand.
+pub(super) struct Sides<'a> {
+    pub(super) bottom: &'a Curve,
+    pub(super) right: &'a Curve,
+    pub(super) top: &'a Curve,
+    pub(super) left: &'a Curve,
+}
+
+/// Draws a section: vertices first, curves between them, patches between those.
+#[derive(Debug, Default)]
+pub(super) struct Drawing {
+    nodes: Vec<[f64; 2]>,
+    elements: Vec<[usize; ELEMENT_NODES]>,
+}
+
+impl Drawing {
+    /// Adds a corner of patches at `(r, z)`.
+    pub(super) fn vertex(&mut self, position: [f64; 2]) -> usize {
+        self.nodes.push(position);
+        self.nodes.len() - 1
+    }
+
+    /// Position of a node.
+    pub(super) fn position(&self, node: usize) -> [f64; 2] {
+        self.nodes[node]
+    }
+
+    /// Adds a straight line.
+    pub(super) fn line(&mut self, from: usize, to: usize, partition: &Partition) -> Curve {
+        let [a, b] = [self.nodes[from], self.nodes[to]];
+        self.curve(from, to, partition, |s| {
+            [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
+        })
+    }
+
+    /// Adds an arc of a circle about the origin; equal fractions are equal angles.
+    pub(super) fn arc(&mut self, from: usize, to: usize, partition: &Partition) -> Curve {
+        let [a, b] = [self.nodes[from], self.nodes[to]];
+        let radius = a[0].hypot(a[1]);
+        let polar = [a[0].atan2(a[1]), b[0].atan2(b[1])];
+        self.curve(from, to, partition, |s| {
+            let angle = polar[0] + s * (polar[1] - polar[0]);
+            [radius * angle.sin(), radius * angle.cos()]
+        })
+    }
+
+    fn curve(
+        &mut self,
+        from: usize,
+        to: usize,
+        partition: &Partition,
+        shape: impl Fn(f64) -> [f64; 2],
+    ) -> Curve {
+        let params = partition.params.clone();
+        let mut nodes = vec![from];
+        for &s in &params[1..params.len() - 1] {
+            nodes.push(self.vertex(shape(s)));
+        }
+        nodes.push(to);
+        Curve { nodes, params }
+    }
+
+    /// Fills the patch between four curves.
+    pub(super) fn patch(&mut self, sides: &Sides<'_>) {
+        let Sides {
+            bottom,
+            right,
+            top,
+            left,
+        } = sides;
+        let [columns, rows] = [bottom.nodes.len(), left.nodes.len()];
+        debug_assert_eq!([columns, rows], [top.nodes.len(), right.nodes.len()]);
+        let mut grid = Vec::with_capacity(columns * rows);
+        for j in 0..rows {
+            for i in 0..columns {
+                let node = if j == 0 {
+                    bottom.nodes[i]
+                } else if j == rows - 1 {
+                    top.nodes[i]
+                } else if i == 0 {
+                    left.nodes[j]
+                } else if i == columns - 1 {
+                    right.nodes[j]
+                } else {
+                    let position = self.transfinite(sides, i, j);
+                    self.vertex(position)
+                };
+                grid.push(node);
+            }
+        }
+        for row in (0..rows - 1).step_by(EDGE_NODES - 1) {
+            for column in (0..columns - 1).step_by(EDGE_NODES - 1) {
+                self.elements.push(std::array::from_fn(|k| {
+                    grid[(row + k / EDGE_NODES) * columns + column + k % EDGE_NODES]
+                }));
+            }
+        }
+    }
+
+    /// The point `(i, j)` of a patch: the two linear blends of opposite sides added, the bilinear
+    /// blend of the corners, which both contain, taken away once.
+    fn transfinite(&self, sides: &Sides<'_>, i: usize, j: usize) -> [f64; 2] {
+        let [s, t] = [sides.bottom.params[i], sides.left.params[j]];
+        let at = |curve: &Curve, k: usize| self.nodes[curve.nodes[k]];
+        let [bottom, top] = [at(sides.bottom, i), at(sides.top, i)];
+        let [left, right] = [at(sides.left, j), at(sides.right, j)];
+        let corner = |curve: &Curve| [self.nodes[curve.first()], self.nodes[curve.last()]];
+        let [low, high] = [corner(sides.bottom), corner(sides.top)];
+        std::array::from_fn(|x| {
+            (1.0 - t) * bottom[x] + t * top[x] + (1.0 - s) * left[x] + s * right[x]
+                - (1.0 - t) * ((1.0 - s) * low[0][x] + s * low[1][x])
+                - t * ((1.0 - s) * high[0][x] + s * high[1][x])
+        })
+    }
+
+    /// The finished mesh.
+    pub(super) fn finish(self) -> Section {
+        Section {
+            nodes: self.nodes,
+            elements: self.elements,
+        }
+    }
+}

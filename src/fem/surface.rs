@@ -1,0 +1,184 @@
+//! Mode shapes along the free surface, by the elements' own interpolation.
+//!
+//! The surface's meridian is a chain of element edges. A point on it is found in two steps: which
+//! edge, by bisection in a coordinate that grows along the chain (the polar angle on the ball, the
+//! height on the beam), and where on the edge, by inverting the isoparametric map.
+
+use super::MeridianMode;
+use super::bodies::BallOnBeam;
+use super::element::{DEGREE, EDGE_NODES, EdgeBasis};
+
+/// A point of a meridian: an edge and the values of its shape functions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgePoint {
+    edge: usize,
+    basis: [f64; EDGE_NODES],
+}
+
+/// Positions and amplitudes of all modes at the nodes of a chain of edges, stored in the order in
+/// which they are read.
+#[derive(Clone, Debug)]
+pub(super) struct ShapeTable {
+    /// `(r, z)` of the nodes of each edge.
+    positions: Vec<[[f64; 2]; EDGE_NODES]>,
+    /// `[U, V, W]` of the nodes: edge by edge, in it field by field.
+    amplitudes: Vec<[[f64; 3]; EDGE_NODES]>,
+    fields: usize,
+}
+
+impl ShapeTable {
+    fn new(chain: &[usize], mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
+        let edges = (0..chain.len() - 1).step_by(DEGREE);
+        let mut table = Self {
+            positions: Vec::new(),
+            amplitudes: Vec::new(),
+            fields: fields.len(),
+        };
+        for start in edges {
+            let nodes: [usize; EDGE_NODES] = std::array::from_fn(|k| chain[start + k]);
+            table.positions.push(nodes.map(|n| mesh.section.nodes()[n]));
+            table.amplitudes.extend(
+                fields
+                    .iter()
+                    .map(|field| nodes.map(|n| field.amplitudes[n])),
+            );
+        }
+        table
+    }
+
+    /// Amplitudes `[U, V, W]` of one field, 1/sqrt(kg).
+    pub(super) fn amplitudes(&self, point: &EdgePoint, field: usize) -> [f64; 3] {
+        interpolate(
+            &point.basis,
+            &self.amplitudes[point.edge * self.fields + field],
+        )
+    }
+
+    /// Position `(r, z)`, m.
+    pub(super) fn position(&self, point: &EdgePoint) -> [f64; 2] {
+        interpolate(&point.basis, &self.positions[point.edge])
+    }
+
+    /// Borders of the edges in some coordinate of `(r, z)`.
+    fn borders(&self, coordinate: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
+        let last = self.positions[self.positions.len() - 1][DEGREE];
+        self.positions
+            .iter()
+            .map(|edge| edge[0])
+            .chain([last])
+            .map(coordinate)
+            .collect()
+    }
+}
+
+/// Sum of nodal values weighted by the shape functions.
+fn interpolate<const N: usize>(
+    basis: &[f64; EDGE_NODES],
+    nodal: &[[f64; N]; EDGE_NODES],
+) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (weight, value) in basis.iter().zip(nodal) {
+        for (s, v) in sum.iter_mut().zip(value) {
+            *s += weight * v;
+        }
+    }
+    sum
+}
+
+/// An edge, and the local coordinate in `[-1, 1]` of a point between its borders.
+struct Located {
+    edge: usize,
+    xi: f64,
+}
+
+/// Finds a coordinate among ascending borders; it must lie between the first and the last.
+fn locate(borders: &[f64], coordinate: f64) -> Located {
+    let edge = borders[1..borders.len() - 1].partition_point(|&b| b <= coordinate);
+    let [low, high] = [borders[edge], borders[edge + 1]];
+    Located {
+        edge,
+        xi: 2.0 * (coordinate - low) / (high - low) - 1.0,
+    }
+}
+
+/// The ball's free surface, by polar angle from the north pole.
+#[derive(Clone, Debug)]
+pub(super) struct BallSurface {
+    pub(super) table: ShapeTable,
+    /// Polar angles of the edges' borders, rad.
+    borders: Vec<f64>,
+}
+
+/// Directions this far (rad) beyond the corner still count as the corner: rounding.
+const ANGLE_ROUNDING: f64 = 1e-12;
+
+impl BallSurface {
+    pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
+        let table = ShapeTable::new(&mesh.ball, mesh, fields);
+        let borders = table.borders(|[r, z]| r.atan2(z));
+        Self { table, borders }
+    }
+
+    /// Polar angle where the beam begins, rad.
+    pub(super) fn limit(&self) -> f64 {
+        self.borders[self.borders.len() - 1]
+    }
+
+    /// The point at a polar angle (rad); `None` if the beam is there.
+    pub(super) fn locate(&self, polar: f64) -> Option<EdgePoint> {
+        (0.0..=self.limit() + ANGLE_ROUNDING)
+            .contains(&polar)
+            .then(|| self.point(polar))
+    }
+
+    /// The point at a fraction of the way from the pole to the corner.
+    pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
+        self.point(fraction * self.limit())
+    }
+
+    fn point(&self, polar: f64) -> EdgePoint {
+        let Located { edge, mut xi } = locate(&self.borders, polar);
+        let nodes = &self.table.positions[edge];
+        let (sin, cos) = polar.sin_cos();
+        let mut basis = EdgeBasis::at(xi);
+        // Nodes sit at equal fractions of the angle, so the guess is wrong only by how a quartic
+        // misses the arc (1e-5 for a third of a radian); Newton's method squares that.
+        for _ in 0..2 {
+            let [r, z] = interpolate(&basis.value, nodes);
+            let [r_xi, z_xi] = interpolate(&basis.slope, nodes);
+            xi -= (r * cos - z * sin) / (r_xi * cos - z_xi * sin);
+            basis = EdgeBasis::at(xi);
+        }
+        EdgePoint {
+            edge,
+            basis: basis.value,
+        }
+    }
+}
+
+/// The beam's side, by height.
+#[derive(Clone, Debug)]
+pub(super) struct SideSurface {
+    pub(super) table: ShapeTable,
+    /// Heights of the edges' borders, m.
+    borders: Vec<f64>,
+}
+
+impl SideSurface {
+    pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
+        let table = ShapeTable::new(&mesh.side, mesh, fields);
+        let borders = table.borders(|[_, z]| z);
+        Self { table, borders }
+    }
+
+    /// The point at a fraction of the way from the free end to the corner. Straight edges are
+    /// mapped linearly, so there is nothing to invert.
+    pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
+        let [low, high] = [self.borders[0], self.borders[self.borders.len() - 1]];
+        let Located { edge, xi } = locate(&self.borders, low + fraction * (high - low));
+        EdgePoint {
+            edge,
+            basis: EdgeBasis::at(xi).value,
+        }
+    }
+}

@@ -1,0 +1,581 @@
+//! What the room promises as a whole: frequencies, normalisation, shapes on the surface.
+//!
+//! Reference numbers: "independent program" means quadratic triangles on the same section, up to
+//! 32,000 nodes, written apart from this crate and good to about five digits.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::element::quadrature;
+use super::*;
+
+const STEEL: Material = Material {
+    young: 207e9,
+    poisson: 0.30,
+    density: 7800.0,
+};
+const ELEVEN: Families = Families {
+    bending_pairs: 4,
+    torsion: 2,
+    axial: 1,
+};
+
+fn geometry(reading: LengthReading) -> Geometry {
+    Geometry {
+        ball_diameter: 31.75e-3,
+        beam_diameter: 20e-3,
+        beam_length: 200e-3,
+        reading,
+    }
+}
+
+fn body(reading: LengthReading, element_size: f64) -> BodyModes {
+    BodyModes::solve(&geometry(reading), &STEEL, element_size, &ELEVEN).unwrap()
+}
+
+fn paper_body() -> BodyModes {
+    body(LengthReading::ToSphere, DEFAULT_ELEMENT_SIZE)
+}
+
+fn frequencies(body: &BodyModes) -> Vec<f64> {
+    body.modes().iter().map(|mode| mode.frequency_hz).collect()
+}
+
+#[track_caller]
+fn assert_close(value: f64, reference: f64, tolerance: f64) {
+    let error = (value / reference - 1.0).abs();
+    assert!(
+        error < tolerance,
+        "{value} against {reference}: relative error {error:.2e}, allowed {tolerance:.0e}"
+    );
+}
+
+/// A direction from the ball's centre by polar angle from +z and azimuth from +x.
+fn direction(polar: f64, azimuth: f64) -> [f64; 3] {
+    [
+        polar.sin() * azimuth.cos(),
+        polar.sin() * azimuth.sin(),
+        polar.cos(),
+    ]
+}
+
+fn shapes(body: &BodyModes, direction: [f64; 3]) -> Vec<[f64; 3]> {
+    let mut out = vec![[0.0; 3]; body.modes().len()];
+    body.shapes_at_ball(direction, &mut out).unwrap();
+    out
+}
+
+/// Largest difference of two lists of vectors.
+fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+// Frequencies of the paper's body.
+
+#[test]
+fn frequencies_of_both_length_readings_agree_with_an_independent_program() {
+    // B1 B1 B2 B2 T1 B3 B3 A1 T2 B4 B4, Hz.
+    let to_sphere = [
+        1614.65, 1614.65, 4444.70, 4444.70, 5700.85, 8447.6, 8447.6, 10402.6, 12670.2, 13349.4,
+        13349.4,
+    ];
+    let to_centre = [
+        1800.57, 1800.57, 4941.98, 4941.98, 6000.34, 9351.4, 9351.4, 10964.6, 13432.8, 14717.5,
+        14717.5,
+    ];
+    for (reading, reference) in [
+        (LengthReading::ToSphere, to_sphere),
+        (LengthReading::ToCentre, to_centre),
+    ] {
+        for (size, tolerance) in [
+            (DEFAULT_ELEMENT_SIZE, 5e-4),
+            (0.5 * DEFAULT_ELEMENT_SIZE, 2e-4),
+        ] {
+            let found = frequencies(&body(reading, size));
+            assert_eq!(found.len(), reference.len());
+            for (value, reference) in found.into_iter().zip(reference) {
+                assert_close(value, reference, tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_default_mesh_is_converged_to_five_parts_in_a_million() {
+    for reading in [LengthReading::ToSphere, LengthReading::ToCentre] {
+        let coarse = frequencies(&body(reading, DEFAULT_ELEMENT_SIZE));
+        let fine = frequencies(&body(reading, DEFAULT_ELEMENT_SIZE / 4.0));
+        for (value, reference) in coarse.into_iter().zip(fine) {
+            assert!(value > reference, "Rayleigh: refinement lowers a frequency");
+            assert_close(value, reference, 5e-6);
+        }
+    }
+}
+
+#[test]
+fn modes_come_in_order_with_pairs_side_by_side_and_equal() {
+    let body = paper_body();
+    let labels: Vec<String> = body.modes().iter().map(BodyMode::label).collect();
+    assert_eq!(
+        labels,
+        [
+            "1st bending x",
+            "1st bending y",
+            "2nd bending x",
+            "2nd bending y",
+            "1st torsion",
+            "3rd bending x",
+            "3rd bending y",
+            "1st axial",
+            "2nd torsion",
+            "4th bending x",
+            "4th bending y",
+        ]
+    );
+    for pair in body.modes().windows(2) {
+        assert!(pair[0].frequency_hz <= pair[1].frequency_hz);
+        if pair[0].kind == ModeKind::BendingX {
+            assert_eq!(pair[1].kind, ModeKind::BendingY);
+            assert_eq!(pair[0].frequency_hz, pair[1].frequency_hz);
+        }
+    }
+}
+
+#[test]
+fn families_can_be_left_out() {
+    let families = Families {
+        bending_pairs: 0,
+        torsion: 2,
+        axial: 0,
+    };
+    let geometry = geometry(LengthReading::ToSphere);
+    let body = BodyModes::solve(&geometry, &STEEL, DEFAULT_ELEMENT_SIZE, &families).unwrap();
+    assert_eq!(body.modes().len(), families.count());
+    let all = paper_body();
+    assert_eq!(body.modes()[1], all.modes()[8]);
+}
+
+// Bodies with known modes.
+
+#[test]
+fn rod_torsion_is_exact_and_its_axial_and_bending_modes_are_three_dimensional() {
+    let steel = Material {
+        young: 210e9,
+        poisson: 0.3,
+        density: 7850.0,
+    };
+    let rod = Section::rod(0.02, 0.2, DEFAULT_ELEMENT_SIZE).unwrap();
+    // Torsion: k c_s / 2 L, exact. The others: independent program.
+    let families: [(Harmonic, &[f64], f64); 3] = [
+        (Harmonic::Torsion, &[8019.147, 16038.294], 1e-7),
+        (Harmonic::Axial, &[12923.28, 25802.63], 2e-4),
+        (
+            Harmonic::Bending,
+            &[2244.632, 5929.70, 11005.28, 17083.6],
+            2e-4,
+        ),
+    ];
+    for (harmonic, reference, tolerance) in families {
+        let modes = rod.modes(&steel, harmonic, reference.len()).unwrap();
+        for (mode, &reference) in modes.iter().zip(reference) {
+            assert_close(mode.frequency_hz, reference, tolerance);
+        }
+    }
+}
+
+/// Frequency of a sphere made dimensionless, `omega R / c_s`.
+fn sphere_roots(section: &Section, radius: f64, harmonic: Harmonic, count: usize) -> Vec<f64> {
+    let shear_speed = (STEEL.young / (2.0 * 1.3 * STEEL.density)).sqrt();
+    let modes = section.modes(&STEEL, harmonic, count).unwrap();
+    let roots = modes
+        .iter()
+        .map(|m| TAU * m.frequency_hz * radius / shear_speed);
+    roots.collect()
+}
+
+#[test]
+fn a_free_sphere_has_the_roots_of_lamb() {
+    // Lamb, Proc. London Math. Soc. 13, 1882, 189: degree n has 2 n + 1 modes of orders 0 to n,
+    // so order 0 and order 1 see the same roots; toroidal ones of order 0 are torsion.
+    let [t1, t2] = [5.763459, 2.501133];
+    let [s0, s1, s2] = [4.995514, 3.529987, 2.646217];
+    let radius = 15e-3;
+    let section = Section::sphere(2.0 * radius, 6e-3).unwrap();
+    let families: [(Harmonic, &[f64]); 3] = [
+        (Harmonic::Torsion, &[t1, t2]),
+        (Harmonic::Axial, &[s0, s1, s2]),
+        (Harmonic::Bending, &[t1, t2, s1, s2]),
+    ];
+    for (harmonic, references) in families {
+        let found = sphere_roots(&section, radius, harmonic, 12);
+        for &reference in references {
+            let nearest = found
+                .iter()
+                .copied()
+                .min_by(|a, b| (a - reference).abs().total_cmp(&(b - reference).abs()))
+                .unwrap();
+            assert_close(nearest, reference, 2e-6);
+        }
+        let lowest = references.iter().copied().fold(f64::INFINITY, f64::min);
+        assert_close(found[0], lowest, 2e-6);
+    }
+}
+
+#[test]
+fn frequencies_of_smooth_modes_converge_with_order_eight() {
+    // Twice the degree of the elements (Strang and Fix, An Analysis of the Finite Element
+    // Method, 1973, ch. 6). Rod in torsion, fourth mode, on 8 and 16 elements.
+    let length = 0.2;
+    let shear_speed = (STEEL.young / (2.0 * 1.3 * STEEL.density)).sqrt();
+    let error = |elements: f64| {
+        let rod = Section::rod(0.02, length, length / elements).unwrap();
+        let modes = rod.modes(&STEEL, Harmonic::Torsion, 4).unwrap();
+        modes[3].frequency_hz / (2.0 * shear_speed / length) - 1.0
+    };
+    let order = (error(8.0) / error(16.0)).log2();
+    assert!((7.8..8.2).contains(&order), "rod: order {order:.2}");
+
+    // The curved boundary must not spoil it. Sphere, lowest toroidal mode, where each division
+    // of the arc halves all patches.
+    let radius = 15e-3;
+    let exact = toroidal_root_of_degree_two();
+    let error = |divisions: f64| {
+        let section = Section::sphere(2.0 * radius, radius * FRAC_PI_2 / divisions).unwrap();
+        sphere_roots(&section, radius, Harmonic::Bending, 1)[0] / exact - 1.0
+    };
+    let order = (error(2.0) / error(4.0)).log2();
+    assert!((7.5..8.5).contains(&order), "sphere: order {order:.2}");
+}
+
+/// Lamb's equation `x j_3(x) = j_2(x)`, solved by bisection.
+fn toroidal_root_of_degree_two() -> f64 {
+    let residual = |x: f64| {
+        let (sin, cos) = x.sin_cos();
+        let j2 = (3.0 / x.powi(3) - 1.0 / x) * sin - 3.0 / x.powi(2) * cos;
+        let j3 = (15.0 / x.powi(4) - 6.0 / x.powi(2)) * sin - (15.0 / x.powi(3) - 1.0 / x) * cos;
+        x * j3 - j2
+    };
+    let [mut low, mut high] = [2.0, 3.0];
+    while high - low > 1e-14 {
+        let middle = 0.5 * (low + high);
+        if residual(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+// Normalisation over the three-dimensional body.
+
+/// Everything needed to integrate over the body without the assembled matrices.
+struct VolumePoint {
+    mass: f64,
+    shapes: Vec<[f64; 3]>,
+}
+
+/// The modes and the six rigid motions at points of a quadrature over the whole body: Gauss in
+/// the section, equal angles round it (exact for the harmonics up to 2 that products have).
+fn volume_points(body: &BodyModes) -> Vec<VolumePoint> {
+    let section = &body.mesh.section;
+    let mut points = Vec::new();
+    for element in section.elements() {
+        for point in quadrature() {
+            let sum = |weights: &[f64], axis: usize| -> f64 {
+                let nodes = element.iter().map(|&n| section.nodes()[n][axis]);
+                weights.iter().zip(nodes).map(|(w, x)| w * x).sum()
+            };
+            let [r, z] = [sum(&point.value, 0), sum(&point.value, 1)];
+            let determinant = sum(&point.d_xi, 0) * sum(&point.d_eta, 1)
+                - sum(&point.d_xi, 1) * sum(&point.d_eta, 0);
+            let amplitudes: Vec<[f64; 3]> = body
+                .fields
+                .iter()
+                .map(|field| {
+                    std::array::from_fn(|a| {
+                        let nodal = element.iter().map(|&n| field.amplitudes[n][a]);
+                        point.value.iter().zip(nodal).map(|(w, x)| w * x).sum()
+                    })
+                })
+                .collect();
+            let angles = 4;
+            for k in 0..angles {
+                let (sin, cos) = (TAU * (f64::from(k) + 0.3) / f64::from(angles)).sin_cos();
+                let [x, y] = [r * cos, r * sin];
+                let mut shapes: Vec<[f64; 3]> = body
+                    .modes()
+                    .iter()
+                    .zip(&body.field_of)
+                    .map(|(mode, &field)| mode.kind.displacement(amplitudes[field], cos, sin))
+                    .collect();
+                shapes.extend([
+                    [1.0, 0.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [0.0, 0.0, 1.0],
+                    [0.0, -z, y],
+                    [z, 0.0, -x],
+                    [-y, x, 0.0],
+                ]);
+                points.push(VolumePoint {
+                    mass: STEEL.density * r * determinant * point.weight * TAU / f64::from(angles),
+                    shapes,
+                });
+            }
+        }
+    }
+    points
+}
+
+#[test]
+fn modes_are_orthonormal_over_the_whole_body_and_free_of_rigid_motion() {
+    let body = paper_body();
+    let points = volume_points(&body);
+    let count = body.modes().len();
+    let inner = |a: usize, b: usize| -> f64 {
+        points
+            .iter()
+            .map(|p| {
+                let [u, v] = [p.shapes[a], p.shapes[b]];
+                p.mass * (u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
+            })
+            .sum()
+    };
+    for a in 0..count {
+        for b in 0..count {
+            let exact = if a == b { 1.0 } else { 0.0 };
+            let error = (inner(a, b) - exact).abs();
+            assert!(error < 1e-10, "modes {a}, {b}: {error:e}");
+        }
+        for rigid in count..count + 6 {
+            let component = inner(a, rigid) / inner(rigid, rigid).sqrt();
+            assert!(component.abs() < 1e-10, "mode {a}: {component:e}");
+        }
+    }
+}
+
+// Shapes on the ball.
+
+#[test]
+fn surface_shapes_are_the_nodal_values_at_the_nodes() {
+    let body = paper_body();
+    for &node in &body.mesh.ball {
+        let [r, z] = body.mesh.section.nodes()[node];
+        let azimuth: f64 = 0.7;
+        let (sin, cos) = azimuth.sin_cos();
+        let found = shapes(&body, [r * cos, r * sin, z]);
+        let nodal: Vec<[f64; 3]> = body
+            .modes()
+            .iter()
+            .zip(&body.field_of)
+            .map(|(mode, &field)| {
+                let amplitudes = body.fields[field].amplitudes[node];
+                mode.kind.displacement(amplitudes, cos, sin)
+            })
+            .collect();
+        assert!(distance(&found, &nodal) < 1e-11);
+    }
+}
+
+#[test]
+fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
+    let body = paper_body();
+    let step = 1e-9;
+    for &node in &body.mesh.ball[1..body.mesh.ball.len() - 1] {
+        let [r, z] = body.mesh.section.nodes()[node];
+        let polar = r.atan2(z);
+        let [before, after] =
+            [polar - step, polar + step].map(|p| shapes(&body, direction(p, 0.3)));
+        // Shapes are of the order 1 and vary over the ball: slopes of the order 10 per radian,
+        // steeper towards the corner.
+        assert!(distance(&before, &after) < 1e-6);
+    }
+    let pole = shapes(&body, [0.0, 0.0, 1.0]);
+    for azimuth in [0.0, 1.0, 4.0] {
+        assert!(distance(&pole, &shapes(&body, direction(1e-9, azimuth))) < 1e-7);
+    }
+}
+
+#[test]
+fn a_quarter_turn_maps_the_x_copy_to_the_y_copy() {
+    let body = paper_body();
+    for (polar, azimuth) in [(0.1, 0.0), (0.9, 1.1), (2.2, -2.5)] {
+        let here = shapes(&body, direction(polar, azimuth));
+        let there = shapes(&body, direction(polar, azimuth + FRAC_PI_2));
+        for (i, mode) in body.modes().iter().enumerate() {
+            let image = match mode.kind {
+                ModeKind::BendingX => there[i + 1],
+                ModeKind::BendingY => continue,
+                ModeKind::Torsion | ModeKind::Axial => there[i],
+            };
+            let [x, y, z] = here[i];
+            assert!(distance(&[image], &[[-y, x, z]]) < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn surface_shapes_converge_and_keep_their_sign() {
+    let [coarse, fine] = [DEFAULT_ELEMENT_SIZE, DEFAULT_ELEMENT_SIZE / 4.0]
+        .map(|h| body(LengthReading::ToSphere, h));
+    for polar in [0.0, 0.11, 0.6, 1.4, 2.0] {
+        let [a, b] = [&coarse, &fine].map(|body| shapes(body, direction(polar, 0.4)));
+        let size = distance(&b, &vec![[0.0; 3]; b.len()]);
+        assert!(distance(&a, &b) < 1e-4 * size, "at {polar} rad");
+    }
+}
+
+#[test]
+fn signs_are_as_promised() {
+    let body = paper_body();
+    let pole = shapes(&body, [0.0, 0.0, 1.0]);
+    let side = shapes(&body, [1.0, 0.0, 0.0]);
+    for (i, mode) in body.modes().iter().enumerate() {
+        let indicator = match mode.kind {
+            ModeKind::BendingX => pole[i][0],
+            ModeKind::BendingY => pole[i][1],
+            ModeKind::Axial => pole[i][2],
+            ModeKind::Torsion => side[i][1],
+        };
+        assert!(indicator > 0.0, "{}", mode.label());
+    }
+}
+
+#[test]
+fn the_length_of_a_direction_does_not_matter() {
+    let body = paper_body();
+    let [x, y, z] = direction(0.8, 2.0);
+    let scaled = [1e-3 * x, 1e-3 * y, 1e-3 * z];
+    assert!(distance(&shapes(&body, [x, y, z]), &shapes(&body, scaled)) < 1e-13);
+}
+
+#[test]
+fn directions_into_the_beam_or_nowhere_are_refused() {
+    let body = paper_body();
+    let mut out = vec![[0.0; 3]; body.modes().len()];
+    let corner = PI - (10.0_f64 / 15.875).asin();
+    assert!(
+        body.shapes_at_ball(direction(corner, 0.2), &mut out)
+            .is_ok()
+    );
+    for bad in [
+        direction(corner + 1e-6, 0.2),
+        [0.0, 0.0, -1.0],
+        [0.0; 3],
+        [f64::NAN, 0.0, 1.0],
+    ] {
+        let error = body.shapes_at_ball(bad, &mut out).unwrap_err();
+        let limit = format!("to {:.3} deg", corner.to_degrees());
+        assert!(error.to_string().contains(&limit), "{error}");
+    }
+}
+
+#[test]
+fn every_solve_gives_the_same_bits() {
+    let [a, b] = [paper_body(), paper_body()];
+    assert_eq!(a.fields, b.fields);
+}
+
+// The surface for pictures.
+
+#[test]
+fn the_outline_is_closed_and_faces_outward() {
+    let body = paper_body();
+    let [along, round] = [60, 48];
+    let mesh = body.outline(along, round);
+    assert_eq!(mesh.vertices.len(), along * round + 2);
+    // Each directed edge once, and its opposite once: closed and consistently turned.
+    let mut edges = std::collections::HashSet::new();
+    let mut volume = 0.0;
+    for &[a, b, c] in &mesh.triangles {
+        for edge in [(a, b), (b, c), (c, a)] {
+            assert!(edges.insert(edge), "{edge:?} twice");
+        }
+        let [p, q, s] = [a, b, c].map(|v| mesh.vertices[v as usize]);
+        volume += (p[0] * (q[1] * s[2] - q[2] * s[1])
+            + p[1] * (q[2] * s[0] - q[0] * s[2])
+            + p[2] * (q[0] * s[1] - q[1] * s[0]))
+            / 6.0;
+    }
+    assert!(edges.iter().all(|&(a, b)| edges.contains(&(b, a))));
+    // Positive, so outward; less than the round body by what the facets cut off.
+    let [ball, beam] = [15.875e-3_f64, 10e-3_f64];
+    let height = (ball * ball - beam * beam).sqrt();
+    let cap = ball - height;
+    let exact = PI * beam * beam * 0.2 + 4.0 / 3.0 * PI * ball.powi(3)
+        - PI * cap * cap * (ball - cap / 3.0);
+    assert!(
+        volume < exact && volume > 0.99 * exact,
+        "{volume} of {exact}"
+    );
+}
+
+#[test]
+fn the_outline_carries_the_shapes_of_the_surface() {
+    let body = paper_body();
+    let mesh = body.outline(40, 18);
+    let mut on_ball = 0;
+    for (v, &vertex) in mesh.vertices.iter().enumerate() {
+        let mut out = vec![[0.0; 3]; body.modes().len()];
+        if body.shapes_at_ball(vertex, &mut out).is_ok() {
+            on_ball += 1;
+            assert!(distance(mesh.shapes_at(v), &out) < 1e-11);
+        }
+    }
+    assert_eq!(on_ball, 16 * 18 + 1);
+    // Both ends of a free beam move to the same side in its first bending mode.
+    let end = mesh.shapes_at(0)[0][0];
+    assert!(end * shapes(&body, [0.0, 0.0, 1.0])[0][0] > 0.0);
+    assert_eq!(mesh.shapes_at(0)[0][1], 0.0);
+}
+
+// What is refused.
+
+#[test]
+fn impossible_materials_are_refused_by_name() {
+    let rod = Section::rod(0.02, 0.2, 0.05).unwrap();
+    let bad = [
+        (
+            "Young's modulus",
+            Material {
+                young: 0.0,
+                ..STEEL
+            },
+        ),
+        (
+            "density",
+            Material {
+                density: f64::NAN,
+                ..STEEL
+            },
+        ),
+        (
+            "Poisson's ratio",
+            Material {
+                poisson: 0.5,
+                ..STEEL
+            },
+        ),
+    ];
+    for (name, material) in bad {
+        let error = rod.modes(&material, Harmonic::Axial, 1).unwrap_err();
+        assert!(error.to_string().contains(name), "{error}");
+    }
+}
+
+#[test]
+fn a_mesh_gives_all_its_modes_and_no_more() {
+    // One element: 5 x 5 nodes less the five on the axis, less the rotation.
+    let rod = Section::rod(0.02, 0.02, 0.02).unwrap();
+    let all = rod.modes(&STEEL, Harmonic::Torsion, 19).unwrap();
+    assert_eq!(all.len(), 19);
+    let error = rod.modes(&STEEL, Harmonic::Torsion, 20).unwrap_err();
+    assert_eq!(
+        error,
+        FemError::TooManyModes {
+            harmonic: Harmonic::Torsion,
+            wanted: 20,
+            available: 19,
+        }
+    );
+}
