@@ -123,6 +123,7 @@ struct Told {
 }
 
 impl Narrator {
+    /// Has said nothing yet.
     pub fn new(sliding_speed: f64) -> Self {
         Self {
             sliding_speed,

@@ -20,14 +20,17 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
         Face::Broad => "Lines over a broad floor: looks like chaos",
         Face::Unsettled => "No simple pattern",
     };
-    let body = match face {
-        Face::Silent => "The ball slides steadily; there is hardly anything to hear.".to_owned(),
-        Face::Growing => envelope(seen, "doubles"),
-        Face::Fading => envelope(seen, "halves"),
-        Face::Tone => tone(seen.reading),
-        Face::TwoTones => two_tones(seen.reading),
-        Face::Broad => broad(seen.reading),
-        Face::Unsettled => unsettled(seen.reading),
+    let reading = seen.reading;
+    let body = match (face, reading.naming.bases) {
+        (Face::Silent, _) => {
+            "The ball slides steadily; there is hardly anything to hear.".to_owned()
+        }
+        (Face::Growing, _) => envelope(seen, "doubles"),
+        (Face::Fading, _) => envelope(seen, "halves"),
+        (Face::Broad, _) => broad(reading),
+        (Face::Tone, Bases::One { f1 }) => tone(f1, reading),
+        (Face::TwoTones, Bases::Two { f1, f2 }) => two_tones(f1, f2, reading),
+        (Face::Tone | Face::TwoTones | Face::Unsettled, _) => unsettled(reading),
     };
     let size = size(face, seen, sliding_speed);
     let tilt = seen.tilt.to_degrees();
@@ -44,10 +47,7 @@ fn envelope(seen: &Observation<'_>, step: &str) -> String {
     format!("It {step} about every **{time}**{near}.")
 }
 
-fn tone(reading: &Reading) -> String {
-    let Bases::One { f1 } = reading.naming.bases else {
-        return String::new();
-    };
+fn tone(f1: f64, reading: &Reading) -> String {
     let overtones = spelled(reading, |name| name.n > 1);
     let overtones = if overtones.is_empty() {
         "No overtone stands out".to_owned()
@@ -60,10 +60,7 @@ fn tone(reading: &Reading) -> String {
     )
 }
 
-fn two_tones(reading: &Reading) -> String {
-    let Bases::Two { f1, f2 } = reading.naming.bases else {
-        return String::new();
-    };
+fn two_tones(f1: f64, f2: f64, reading: &Reading) -> String {
     let mut text = format!(
         "Two base frequencies, f1 = **{}** and f2 = **{}**.",
         quantity(f1, "Hz"),
