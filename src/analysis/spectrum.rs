@@ -11,7 +11,8 @@
 //! are refined below a bin: a parabola through the logarithms of three bins, then the parabola's
 //! own bias, known from the window's transform, is removed. For a lone steady sine at least ten
 //! bins from 0 Hz and from Nyquist the error that remains is below 1e-4 bin and 1e-4 of the
-//! amplitude with either window; without the second step it is up to 0.016 bin (Hann) or 0.0032 bin (Blackman-Harris).
+//! amplitude with either window; without the second step it is up to 0.016 bin (Hann) or
+//! 0.0032 bin (Blackman-Harris).
 
 use std::sync::Arc;
 
