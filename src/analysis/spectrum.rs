@@ -11,7 +11,8 @@
 //! are refined below a bin: a parabola through the logarithms of three bins, then the parabola's
 //! own bias, known from the window's transform, is removed. For a lone steady sine at least ten
 //! bins from 0 Hz and from Nyquist the error that remains is below 1e-4 bin and 1e-4 of the
-//! amplitude with either window; without the second step it is 0.016 bin (Hann).
+//! amplitude with either window; without the second step it is up to 0.016 bin (Hann) or
+//! 0.0032 bin (Blackman-Harris).
 
 use std::sync::Arc;
 
@@ -19,9 +20,6 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{AnalysisError, Window};
-
-/// The fewest samples a spectrum is taken of.
-const FEWEST_SAMPLES: usize = 16;
 
 /// Bins a block over which the local floor is estimated.
 const FLOOR_BLOCK: usize = 64;
@@ -31,6 +29,19 @@ const FLOOR_BLOCK: usize = 64;
 const QUARTILE_OVER_MEDIAN: f64 = 0.644_23;
 
 /// Takes spectra of slices; keeps the plan, the window and the buffers from one to the next.
+///
+/// ```
+/// use squeakscope::analysis::{LineCriterion, SpectrumAnalyser, Window};
+///
+/// let rate = 48_000.0;
+/// let tone = |i: u32| 0.3 * (std::f64::consts::TAU * 4117.0 * f64::from(i) / rate).sin();
+/// let signal: Vec<f64> = (0..4800).map(tone).collect();
+/// let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate).analyse(&signal)?;
+/// let line = spectrum.lines(&LineCriterion::default())[0];
+/// assert!((line.frequency - 4117.0).abs() < 1e-3);
+/// assert!((line.amplitude - 0.3).abs() < 1e-4);
+/// # Ok::<(), squeakscope::analysis::AnalysisError>(())
+/// ```
 pub struct SpectrumAnalyser {
     window: Window,
     sample_rate: f64,
@@ -47,6 +58,9 @@ struct Plan {
 }
 
 impl SpectrumAnalyser {
+    /// The fewest samples a spectrum is taken of.
+    pub const FEWEST_SAMPLES: usize = 16;
+
     /// Spectra under `window` of samples at `sample_rate` (Hz).
     pub fn new(window: Window, sample_rate: f64) -> Self {
         Self {
@@ -60,14 +74,14 @@ impl SpectrumAnalyser {
     /// The spectrum of all of `signal`. Slices of one length in a row are fastest.
     ///
     /// # Errors
-    /// [`AnalysisError::TooShort`] below 16 samples.
+    /// [`AnalysisError::TooShort`] below [`SpectrumAnalyser::FEWEST_SAMPLES`].
     pub fn analyse(&mut self, signal: &[f64]) -> Result<Spectrum, AnalysisError> {
         let n = signal.len();
-        if n < FEWEST_SAMPLES {
+        if n < Self::FEWEST_SAMPLES {
             return Err(AnalysisError::TooShort {
                 what: "spectrum",
                 have: n,
-                need: FEWEST_SAMPLES,
+                need: Self::FEWEST_SAMPLES,
             });
         }
         let plan = match self.plan.take().filter(|plan| plan.weights.len() == n) {
@@ -136,8 +150,8 @@ pub struct LineCriterion {
 }
 
 impl Default for LineCriterion {
-    /// 5 times the floor (14 dB: one false line in some thousand spectra of noise), at most 60 dB
-    /// below the strongest, twelve lines.
+    /// 5 times the floor (14 dB: measured, one false line in about 200 spectra of white noise
+    /// with 2000 bins), at most 60 dB below the strongest, twelve lines.
     fn default() -> Self {
         Self {
             above_floor: 5.0,
@@ -227,7 +241,7 @@ impl Spectrum {
         let level = |a: f64| a.abs().max(f64::MIN_POSITIVE).ln();
         let measured = vertex([k - 1, k, k + 1].map(|i| level(self.amplitude[i])));
         // The parabola maps the true offset to `measured` by a known function, close to the
-        // identity; the fixed point is reached to 1e-12 in a few rounds.
+        // identity; eight rounds bring the fixed point to better than 1e-9 bin.
         let mut offset = measured;
         for _ in 0..8 {
             let model = [-1.0, 0.0, 1.0].map(|bin| level(self.window.response(bin - offset)));

@@ -19,8 +19,13 @@ pub struct ClosingStage {
 }
 
 impl ClosingStage {
+    /// With the spectrum's window, if there is one, of samples at `rate` (Hz).
     pub fn new(spectrum: Option<&SpectrumSpec>, rate: f64) -> Self {
-        let length = samples(spectrum.map_or(DEFAULT_WINDOW, |s| s.window), rate, 16);
+        let length = samples(
+            spectrum.map_or(DEFAULT_WINDOW, |s| s.window),
+            rate,
+            SpectrumAnalyser::FEWEST_SAMPLES,
+        );
         Self {
             last: History::new(length),
             rate,
@@ -29,13 +34,14 @@ impl ClosingStage {
         }
     }
 
+    /// Takes the next frame.
     pub fn push(&mut self, frame: &Frame) {
         self.last.push([&frame.velocity, &frame.displacement]);
         self.tally = frame.tally;
         self.transitions += frame.transitions;
     }
 
-    /// A run too short for a spectrum has no lines.
+    /// The lines, amplitude, peak velocity, tally and transitions; the rest is default. A run too short for a spectrum has no lines.
     pub fn summary(&self) -> Summary {
         let [velocity, displacement] = self.last.view().channels;
         let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);

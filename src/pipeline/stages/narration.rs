@@ -123,6 +123,7 @@ struct Told {
 }
 
 impl Narrator {
+    /// Has said nothing yet.
     pub fn new(sliding_speed: f64) -> Self {
         Self {
             sliding_speed,
@@ -173,5 +174,81 @@ impl Narrator {
                 Bases::None => Face::Unsettled,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{SpectrumAnalyser, Window};
+    use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED};
+
+    /// What the narrator makes of a tone with an exponential envelope that ends at `speed`.
+    fn observe<T>(rate: f64, speed: f64, time: f64, then: impl FnOnce(&Observation<'_>) -> T) -> T {
+        let motion = Motion::tones(20e-3, &[(4117.0, speed, 0.0)]).with_growth(rate);
+        let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, RATE);
+        let spectrum = analyser.analyse(&motion.velocity).unwrap();
+        then(&Observation {
+            time,
+            tilt: 0.0,
+            reading: &Reading::of(&spectrum),
+            velocity: &motion.velocity,
+            sample_rate: RATE,
+            amplitude: 0.0,
+            peak_velocity: speed,
+        })
+    }
+
+    #[test]
+    fn growth_rate_is_that_of_the_envelope() {
+        for rate in [750.0, 50.0, 0.0, -300.0] {
+            // Quarters that do not hold whole periods are off by their last half period.
+            observe(rate, 1e-3, 0.0, |seen| {
+                let error = seen.growth_rate() - rate;
+                assert!(
+                    error.abs() < 0.02 * rate.abs() + 1.0,
+                    "{rate} off by {error}"
+                );
+            });
+        }
+    }
+
+    #[test]
+    fn a_change_is_told_when_it_is_seen_twice() {
+        let mut narrator = Narrator::new(SLIDING_SPEED);
+        let mut see = |rate, speed, k: u32| {
+            let told = observe(rate, speed, 1e-3 * f64::from(k), |seen| {
+                narrator.observe(seen)
+            });
+            told.map(|text| text.lines().next().unwrap_or_default().to_owned())
+        };
+        let (silent, growing) = (1e-3 * 1e-3 * SLIDING_SPEED, 1e-3);
+        assert_eq!(see(0.0, silent, 0).as_deref(), Some("## Silent"));
+        assert_eq!(see(0.0, silent, 1), None);
+        // Once is not enough, nor twice with the old face in between.
+        assert_eq!(see(700.0, growing, 2), None);
+        assert_eq!(see(0.0, silent, 3), None);
+        assert_eq!(see(700.0, growing, 4), None);
+        assert_eq!(
+            see(700.0, growing, 5).as_deref(),
+            Some("## A vibration is growing")
+        );
+        // Between the two limits of growth (44 and 138 a second here) it stays what it was.
+        assert_eq!(see(100.0, growing, 6), None);
+        assert_eq!(see(100.0, growing, 7), None);
+        assert_eq!(see(0.0, growing, 8), None);
+        assert_eq!(see(100.0, growing, 9), None);
+        assert_eq!(see(0.0, growing, 10), None);
+        assert_eq!(
+            see(0.0, growing, 11).as_deref(),
+            Some("## Looks like a pure tone")
+        );
+        assert_eq!(see(100.0, growing, 12), None);
+        assert_eq!(see(100.0, growing, 13), None);
+        assert_eq!(see(-400.0, growing, 14), None);
+        assert_eq!(
+            see(-400.0, growing, 15).as_deref(),
+            Some("## The vibration is fading")
+        );
     }
 }

@@ -29,6 +29,7 @@ pub struct RecurrenceStage {
 }
 
 impl RecurrenceStage {
+    /// For samples at `rate` (Hz).
     pub fn new(spec: &RecurrenceSpec, rate: f64) -> Self {
         let window = samples(spec.window, rate, 1);
         let lag = samples(spec.lag, rate, 1);
@@ -48,6 +49,7 @@ impl RecurrenceStage {
         }
     }
 
+    /// Takes the next frame.
     pub fn push(
         &mut self,
         frame: &Frame,
@@ -74,7 +76,7 @@ impl RecurrenceStage {
             plot.measure(&newest(*dimension)?, picks);
             let threshold = match *threshold {
                 RecurrenceThreshold::Distance(distance) => distance,
-                RecurrenceThreshold::Rate(rate) => plot.distance_for_rate(rate),
+                RecurrenceThreshold::Rate(share) => plot.distance_for_rate(share),
             };
             emit(Record::Recurrence {
                 time,

@@ -1,7 +1,7 @@
 //! Spectrogram of the probe's velocity, a column at a time.
 
 use super::{Clock, Emit, samples};
-use crate::analysis::{Column, Stft, Window};
+use crate::analysis::{Column, SpectrumAnalyser, Stft, Window};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 use crate::scene::SpectrogramSpec;
@@ -20,14 +20,16 @@ pub struct SpectrogramStage {
 }
 
 impl SpectrogramStage {
+    /// For samples at `rate` (Hz).
     pub fn new(spec: &SpectrogramSpec, rate: f64) -> Self {
-        let length = samples(spec.window, rate, 16);
+        let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
             stft: Stft::new(Window::Hann, length, spec.every * rate, rate),
             max_frequency: spec.max_frequency,
         }
     }
 
+    /// Takes the next frame.
     pub fn push(
         &mut self,
         frame: &Frame,

@@ -20,18 +20,20 @@ pub struct SpectrumStage {
 }
 
 impl SpectrumStage {
+    /// The stage of a run announced by `header`.
     pub fn new(spec: &SpectrumSpec, header: &Header) -> Self {
         let rate = header.sample_rate;
-        let length = samples(spec.window, rate, 16);
+        let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
             sliding: SlidingWindow::new(length, spec.every * rate)
-                .starting_with((length / 4).max(16)),
+                .starting_with((length / 4).max(SpectrumAnalyser::FEWEST_SAMPLES)),
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
             narrator: Narrator::new(header.sliding_speed),
             rate,
         }
     }
 
+    /// Takes the next frame.
     pub fn push(
         &mut self,
         frame: &Frame,

@@ -20,37 +20,34 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
         Face::Broad => "Lines over a broad floor: looks like chaos",
         Face::Unsettled => "No simple pattern",
     };
-    let body = match face {
-        Face::Silent => "The ball slides steadily; there is hardly anything to hear.".to_owned(),
-        Face::Growing => envelope(seen, "grows", "doubling"),
-        Face::Fading => envelope(seen, "shrinks", "halving"),
-        Face::Tone => tone(seen.reading),
-        Face::TwoTones => two_tones(seen.reading),
-        Face::Broad => broad(seen.reading),
-        Face::Unsettled => unsettled(seen.reading),
+    let reading = seen.reading;
+    let body = match (face, reading.naming.bases) {
+        (Face::Silent, _) => {
+            "The ball slides steadily; there is hardly anything to hear.".to_owned()
+        }
+        (Face::Growing, _) => envelope(seen, "doubles"),
+        (Face::Fading, _) => envelope(seen, "halves"),
+        (Face::Broad, _) => broad(reading),
+        (Face::Tone, Bases::One { f1 }) => tone(f1, reading),
+        (Face::TwoTones, Bases::Two { f1, f2 }) => two_tones(f1, f2, reading),
+        (Face::Tone | Face::TwoTones | Face::Unsettled, _) => unsettled(reading),
     };
     let size = size(face, seen, sliding_speed);
     let tilt = seen.tilt.to_degrees();
     format!("## {heading}\n\n{body}\n\n{size}\n\nTilt {tilt:.1}°.")
 }
 
-fn envelope(seen: &Observation<'_>, verb: &str, step: &str) -> String {
-    let rate = seen.growth_rate().abs();
-    let time = quantity(LN_2 / rate, "s");
+/// The envelope is measured to a few per cent, so two digits are told.
+fn envelope(seen: &Observation<'_>, step: &str) -> String {
+    let time = rounded(LN_2 / seen.growth_rate().abs(), 2, "s");
     let near = match seen.reading.lines.first() {
         Some(line) => format!(", strongest near **{}**", quantity(line.frequency, "Hz")),
         None => String::new(),
     };
-    format!(
-        "It {verb} by a factor e every {}, {step} every {time}{near}.",
-        quantity(1.0 / rate, "s")
-    )
+    format!("It {step} about every **{time}**{near}.")
 }
 
-fn tone(reading: &Reading) -> String {
-    let Bases::One { f1 } = reading.naming.bases else {
-        return String::new();
-    };
+fn tone(f1: f64, reading: &Reading) -> String {
     let overtones = spelled(reading, |name| name.n > 1);
     let overtones = if overtones.is_empty() {
         "No overtone stands out".to_owned()
@@ -63,10 +60,7 @@ fn tone(reading: &Reading) -> String {
     )
 }
 
-fn two_tones(reading: &Reading) -> String {
-    let Bases::Two { f1, f2 } = reading.naming.bases else {
-        return String::new();
-    };
+fn two_tones(f1: f64, f2: f64, reading: &Reading) -> String {
     let mut text = format!(
         "Two base frequencies, f1 = **{}** and f2 = **{}**.",
         quantity(f1, "Hz"),
@@ -151,15 +145,21 @@ fn strongest(reading: &Reading) -> String {
 
 /// Three digits and an SI prefix: `4.12 kHz`, `690 nm`.
 fn quantity(value: f64, unit: &str) -> String {
+    rounded(value, 3, unit)
+}
+
+/// A value rounded to so many digits, with an SI prefix.
+fn rounded(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
-    // The exponent of the rounded value: 999.9 is 1.00 k.
-    let rounded = format!("{value:.2e}");
-    let exponent: i32 = rounded
+    // The exponent is that of the rounded value: 999.9 is 1.00 k.
+    let text = format!("{value:.*e}", digits - 1);
+    let value = text.parse().unwrap_or(value);
+    let exponent: i32 = text
         .split_once('e')
         .and_then(|(_, e)| e.parse().ok())
         .unwrap_or(0);
     let step = exponent.div_euclid(3).clamp(-5, 2);
-    let decimals = (2 - (exponent - 3 * step)).clamp(0, 2) as usize;
+    let decimals = (digits as i32 - 1 - (exponent - 3 * step)).clamp(0, 2) as usize;
     let scaled = value / 1000_f64.powi(step);
     let prefix = PREFIXES[(step + 5) as usize];
     format!("{scaled:.decimals$} {prefix}{unit}")
@@ -167,7 +167,7 @@ fn quantity(value: f64, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::quantity;
+    use super::{quantity, rounded};
 
     #[test]
     fn quantities_have_three_digits_and_a_prefix() {
@@ -179,5 +179,7 @@ mod tests {
         assert_eq!(quantity(0.0, "m/s"), "0.00 m/s");
         assert_eq!(quantity(3e-18, "m"), "0.00 fm");
         assert_eq!(quantity(-2.5e-6, "m"), "-2.50 µm");
+        assert_eq!(rounded(953.4e-6, 2, "s"), "950 µs");
+        assert_eq!(rounded(1.249e-3, 2, "s"), "1.2 ms");
     }
 }
