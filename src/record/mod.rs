@@ -1,1 +1,58 @@
-//! Rerun recordings: the only room that names an entity path.
+//! Rerun recordings: the only room that knows Rerun, and the only one that names an entity path.
+//!
+//! [`RerunSink`] takes the pipeline's records and writes them to a `.rrd` file, to a viewer, or
+//! to both. What each record draws is said in one file a subject; `paths` spells every entity,
+//! `blueprint` lays out the viewer's screen.
+//!
+//! * Time: one timeline, `sim_time`, a duration in ns of simulated time.
+//! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
+//! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
+//!   row; pictures go one by one at a fixed size.
+//! * Safety: the file is written beside its place and renamed at the end ([`RerunSink`]), so an
+//!   existing recording is never replaced by a failed run.
+//!
+//! ```no_run
+//! use squeakscope::{pipeline::Sink, record::{Output, RerunSink}, scene::RecordSpec};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+//! # let (spec, records) = (RecordSpec {
+//! #     patch_rate: 20e3, body_rate: 2e3, energy_rate: 20e3, exaggeration: 3000.0,
+//! # }, Vec::new());
+//! let output = Output { save: Some("squeak.rrd".into()), ..Output::default() };
+//! let mut sink = RerunSink::new(&output, spec)?;
+//! for record in records {
+//!     sink.accept(record)?;
+//! }
+//! sink.finish()?;
+//! # Ok(())
+//! # }
+//! ```
+
+mod blueprint;
+mod body;
+mod encode;
+mod error;
+mod outlet;
+mod part_file;
+mod patch;
+mod paths;
+mod plot;
+mod portrait;
+mod recurrence;
+mod samples;
+mod sink;
+mod spectrum;
+mod stream;
+mod style;
+mod text;
+
+#[cfg(test)]
+mod demo;
+#[cfg(test)]
+mod tests;
+
+pub use error::RecordError;
+pub use sink::{APPLICATION, Output, RerunSink};
+
+/// The version of Rerun that recordings are written with; a viewer of this version opens them.
+pub const RERUN_VERSION: &str = "0.36.3";

@@ -1,0 +1,219 @@
+//! The deforming body: the surface of ball and beam, each vertex moved by the exaggerated sum
+//! of mode shapes and coloured by how far it has really moved.
+
+use std::sync::Arc;
+
+use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius, RecordingStream};
+
+use super::{
+    error::RecordError,
+    paths, stream,
+    style::{self, ColorMap, FullScale},
+};
+use crate::pipeline::message::{Frame, Header, Outline};
+
+/// Vertices sent in one go, over all pictures of the batch.
+const BATCH_VERTICES: usize = 40_000;
+/// Smallest full scale of the colours, m.
+const SMALLEST: f64 = 1e-9;
+
+/// Everything about the body.
+#[derive(Debug)]
+pub struct Body {
+    header: Arc<Header>,
+    exaggeration: f64,
+    /// Time between pictures, s; and the time of the next.
+    every: f64,
+    next: f64,
+    scale: FullScale,
+    map: ColorMap,
+    times: Vec<i64>,
+    positions: Vec<[f32; 3]>,
+    colors: Vec<Color>,
+    /// Largest displacement since the scale was last looked at, m.
+    peak: f64,
+}
+
+impl Body {
+    /// Draws what never changes. `rate` is pictures a simulated second.
+    pub fn new(
+        rec: &RecordingStream,
+        header: &Arc<Header>,
+        rate: f64,
+        exaggeration: f64,
+    ) -> Result<Self, RecordError> {
+        let outline = &header.outline;
+        rec.log_static(
+            paths::BODY,
+            &Mesh3D::update_fields()
+                .with_triangle_indices(outline.triangles.iter().copied())
+                .with_vertex_normals(vertex_normals(outline)),
+        )?;
+        draw_rotation(rec, header)?;
+        Ok(Self {
+            header: Arc::clone(header),
+            exaggeration,
+            every: 1.0 / rate,
+            next: 0.0,
+            scale: FullScale::new(SMALLEST),
+            map: ColorMap::viridis(),
+            times: Vec::new(),
+            positions: Vec::new(),
+            colors: Vec::new(),
+            peak: 0.0,
+        })
+    }
+
+    /// Takes a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        let outline = &self.header.outline;
+        if outline.vertices.is_empty() {
+            return Ok(());
+        }
+        let rows = frame.q.chunks_exact(frame.modes);
+        for (k, q) in rows.enumerate() {
+            // Half a sample of slack, so that rounding never skips a picture.
+            if frame.time(k) + 0.5 * frame.dt < self.next {
+                continue;
+            }
+            while self.next <= frame.time(k) + 0.5 * frame.dt {
+                self.next += self.every;
+            }
+            self.times.push(stream::nanos(frame.time(k)));
+            let full = self.scale.get();
+            for (vertex, rest) in outline.vertices.iter().enumerate() {
+                let shapes = &outline.shapes[vertex * frame.modes..][..frame.modes];
+                let moved = displacement(shapes, q);
+                let size = moved.iter().map(|c| c * c).sum::<f64>().sqrt();
+                self.peak = self.peak.max(size);
+                self.positions.push(std::array::from_fn(|i| {
+                    (1e3 * (rest[i] + self.exaggeration * moved[i])) as f32
+                }));
+                let [r, g, b] = self.map.at((size / full) as f32);
+                self.colors.push(style::rgb(r, g, b));
+            }
+        }
+        if self.positions.len() >= BATCH_VERTICES {
+            self.send(rec)?;
+        }
+        // The scale follows at the border of frames: the colours lag one frame when it changes.
+        if !frame.is_empty() {
+            if self.scale.update(self.peak, SMALLEST) || frame.index == 0 {
+                self.draw_legend(rec, frame.end())?;
+            }
+            self.peak *= 0.9;
+        }
+        Ok(())
+    }
+
+    /// Sends what is left.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.send(rec)
+    }
+
+    fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        if self.times.is_empty() {
+            return Ok(());
+        }
+        let vertices = self.header.outline.vertices.len();
+        let columns = Mesh3D::update_fields()
+            .with_vertex_positions(self.positions.drain(..))
+            .with_vertex_colors(self.colors.drain(..))
+            .columns(std::iter::repeat_n(vertices, self.times.len()));
+        stream::send_rows(rec, paths::BODY, &self.times, columns)?;
+        self.times.clear();
+        Ok(())
+    }
+
+    /// Says beside the beam what the brightest colour stands for.
+    fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+        let vertices = &self.header.outline.vertices;
+        let lowest = vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
+        let words = format!(
+            "yellow: moves {} µm (drawn {} times larger)",
+            style::short(1e6 * self.scale.get()),
+            style::short(self.exaggeration),
+        );
+        let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
+            .with_labels([words])
+            .with_colors([style::AXIS])
+            .with_radii([Radius::new_ui_points(0.0)]);
+        stream::log_at(rec, paths::BODY_LEGEND, time, &legend)
+    }
+}
+
+/// Eq. (7) at one vertex: the sum of mode shapes times modal coordinates, m.
+fn displacement(shapes: &[[f64; 3]], q: &[f64]) -> [f64; 3] {
+    shapes.iter().zip(q).fold([0.0; 3], |sum, (shape, q)| {
+        std::array::from_fn(|i| sum[i] + shape[i] * q)
+    })
+}
+
+/// Unit normals at the vertices, weighted by the areas of the triangles that meet there.
+fn vertex_normals(outline: &Outline) -> Vec<[f32; 3]> {
+    let mut normals = vec![[0.0; 3]; outline.vertices.len()];
+    for triangle in &outline.triangles {
+        let [a, b, c] = triangle.map(|v| outline.vertices[v as usize]);
+        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
+        let cross = [
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        ];
+        for &corner in triangle {
+            for (sum, part) in normals[corner as usize].iter_mut().zip(cross) {
+                *sum += part;
+            }
+        }
+    }
+    let unit = |n: [f64; 3]| {
+        let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
+        n.map(|c| (c / length.max(f64::MIN_POSITIVE)) as f32)
+    };
+    normals.into_iter().map(unit).collect()
+}
+
+/// The axis that the ball turns about.
+fn draw_rotation(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let speed = header.rotation.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if speed == 0.0 {
+        return Ok(());
+    }
+    let reach = 1e3 * 1.9 * header.ball_radius / speed;
+    let along = header.rotation.map(|c| (reach * c) as f32);
+    let arrow = Arrows3D::from_vectors([along.map(|c| 2.0 * c)])
+        .with_origins([along.map(|c| -c)])
+        .with_colors([style::ROTATION])
+        .with_radii([0.8])
+        .with_labels([format!("turns at {} rad/s", style::short(speed))]);
+    Ok(rec.log_static(paths::ROTATION, &arrow)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_of_a_tetrahedron_point_outwards() {
+        let outline = Outline {
+            vertices: vec![
+                [1.0, 1.0, 1.0],
+                [1.0, -1.0, -1.0],
+                [-1.0, 1.0, -1.0],
+                [-1.0, -1.0, 1.0],
+            ],
+            triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+            shapes: Vec::new(),
+        };
+        for (normal, vertex) in vertex_normals(&outline).iter().zip(&outline.vertices) {
+            let cosine: f64 = (0..3).map(|i| f64::from(normal[i]) * vertex[i]).sum();
+            assert!((cosine / 3f64.sqrt() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn displacement_sums_shapes() {
+        let shapes = [[1.0, 0.0, 2.0], [0.0, -3.0, 1.0]];
+        assert_eq!(displacement(&shapes, &[2.0, 0.5]), [2.0, -1.5, 4.5]);
+    }
+}

@@ -1,0 +1,482 @@
+//! A made-up run for the tests of this room: a tone that grows, then two tones that share no
+//! period, then two tones of wandering phase. No physics; only the shape of the real records.
+
+use std::{f64::consts::TAU, sync::Arc};
+
+use crate::{
+    dynamics::Tally,
+    pipeline::message::{
+        EnergySample, Frame, Header, Health, ModeInfo, NodeState, Outline, PatchGeometry,
+        PatchSnapshot, Peak, Record, Summary,
+    },
+    scene::RecordSpec,
+};
+
+/// Samples a second, Hz.
+pub const SAMPLE_RATE: f64 = 200e3;
+/// Samples a frame.
+const FRAME: usize = 256;
+/// Radius of the ball, of the beam, and of the patch, m.
+const BALL: f64 = 15.875e-3;
+const BEAM: f64 = 10e-3;
+const PATCH: f64 = 1.697e-3;
+/// Contact rings; ring `k` has `6 k` nodes, the centre one: 91 nodes.
+const RINGS: usize = 5;
+/// Load, N.
+const LOAD: f64 = 150.0;
+
+const MODES: [(&str, f64); 11] = [
+    ("1st bending x", 1698.0),
+    ("1st bending y", 1698.0),
+    ("2nd bending x", 4093.0),
+    ("2nd bending y", 4093.0),
+    ("1st torsion", 4501.0),
+    ("3rd bending x", 7545.0),
+    ("3rd bending y", 7545.0),
+    ("1st axial", 9737.0),
+    ("2nd torsion", 9917.0),
+    ("4th bending x", 12448.0),
+    ("4th bending y", 12448.0),
+];
+
+/// What a real scene would record.
+pub fn spec() -> RecordSpec {
+    RecordSpec {
+        patch_rate: 20e3,
+        body_rate: 2e3,
+        energy_rate: 20e3,
+        exaggeration: 5000.0,
+    }
+}
+
+/// The records of a run of `duration` s, in order.
+pub fn records(duration: f64) -> Vec<Record> {
+    let header = Arc::new(header(duration));
+    let signal = Signal::new(duration);
+    let frames = (duration * SAMPLE_RATE / FRAME as f64).round() as usize;
+    let mut records = vec![Record::Header(Arc::clone(&header))];
+    let mut due = Due::default();
+    for index in 0..frames {
+        let frame = signal.frame(index, &header);
+        let now = frame.end();
+        records.push(Record::Samples(Arc::new(frame)));
+        while due.column + 1e-3 <= now {
+            records.push(signal.column(due.column));
+            due.column += 0.5e-3;
+        }
+        if now >= due.spectrum {
+            due.spectrum += 5e-3;
+            records.push(signal.spectrum(now));
+            records.push(signal.embedding(now));
+        }
+        if now >= due.recurrence {
+            due.recurrence += 2.5e-3;
+            records.push(signal.recurrence(now));
+        }
+        if now >= due.health {
+            due.health += 5e-3;
+            records.push(Record::Health(Health {
+                time: now,
+                real_time_factor: 0.8 + 0.1 * (30.0 * now).sin(),
+                steps_per_ms: 120.0,
+                rejections_per_ms: 7.0,
+                calls_per_ms: 840.0,
+                events_per_ms: 300.0,
+                audit: 1e-6,
+                ..Health::default()
+            }));
+        }
+    }
+    for (share, text) in [
+        (
+            0.02,
+            "a pure tone grows out of steady sliding; the portrait is a widening loop.",
+        ),
+        (
+            0.36,
+            "a second tone has joined: the loop has become a band, a torus.",
+        ),
+        (
+            0.70,
+            "the tones wander: the spectrum has a broad floor, the portrait is a tangle.",
+        ),
+    ] {
+        let time = share * duration;
+        let text = text.to_owned();
+        records.push(Record::Narration { time, text });
+    }
+    records.push(Record::Warning {
+        time: 0.0,
+        text: "made-up data".to_owned(),
+    });
+    records.push(Record::Summary(Arc::new(Summary {
+        simulated: duration,
+        ..Summary::default()
+    })));
+    records
+}
+
+/// Number of samples in [`records`].
+pub fn samples(duration: f64) -> usize {
+    (duration * SAMPLE_RATE / FRAME as f64).round() as usize * FRAME
+}
+
+/// When the next picture of a kind is due, s.
+#[derive(Default)]
+struct Due {
+    column: f64,
+    spectrum: f64,
+    recurrence: f64,
+    health: f64,
+}
+
+fn header(duration: f64) -> Header {
+    Header {
+        scene: "demo".to_owned(),
+        title: "From a tone to a torus to chaos".to_owned(),
+        about: "The load tilts slowly from 0 to 6 degrees. Watch the portrait: a loop, then a \
+                band, then a tangle."
+            .to_owned(),
+        scene_text: "title = \"demo\"\ntilt_deg = [[0, 0], [100, 6]]".to_owned(),
+        command: "squeakscope run demo".to_owned(),
+        modes: MODES
+            .iter()
+            .map(|&(label, frequency_hz)| ModeInfo {
+                label: label.to_owned(),
+                frequency_hz,
+            })
+            .collect(),
+        sample_rate: SAMPLE_RATE,
+        duration,
+        max_tilt: 6f64.to_radians(),
+        outline: outline(),
+        rotation: [0.5f64.sqrt(), 0.5f64.sqrt(), 0.0],
+        load: LOAD,
+        ball_radius: BALL,
+        sliding_speed: BALL,
+    }
+}
+
+/// A sphere on a cylinder, turned from its profile, with sine-shaped modes.
+fn outline() -> Outline {
+    const AROUND: u32 = 32;
+    let meeting = -(BALL * BALL - BEAM * BEAM).sqrt();
+    let end = meeting - 0.2;
+    let widest = (meeting / BALL).acos();
+    let sphere = (1..=14).map(|k| f64::from(k) / 14.0 * widest);
+    let mut profile: Vec<[f64; 2]> = sphere
+        .map(|polar| [BALL * polar.sin(), BALL * polar.cos()])
+        .collect();
+    profile.extend((1..=30).map(|k| [BEAM, meeting - 0.2 * f64::from(k) / 30.0]));
+
+    let mut outline = Outline {
+        vertices: vec![[0.0, 0.0, BALL]],
+        ..Outline::default()
+    };
+    for &[radius, z] in &profile {
+        outline.vertices.extend((0..AROUND).map(|k| {
+            let angle = TAU * f64::from(k) / f64::from(AROUND);
+            [radius * angle.cos(), radius * angle.sin(), z]
+        }));
+    }
+    outline.vertices.push([0.0, 0.0, end]);
+    let last = outline.vertices.len() as u32 - 1;
+    let rings = profile.len() as u32;
+    for k in 0..AROUND {
+        let next = (k + 1) % AROUND;
+        outline.triangles.push([0, 1 + k, 1 + next]);
+        for ring in 0..rings - 1 {
+            let [a, b] = [k, next].map(|k| 1 + ring * AROUND + k);
+            outline.triangles.push([a, a + AROUND, b]);
+            outline.triangles.push([b, a + AROUND, b + AROUND]);
+        }
+        let low = 1 + (rings - 1) * AROUND;
+        outline.triangles.push([low + k, last, low + next]);
+    }
+    outline.shapes = outline
+        .vertices
+        .iter()
+        .flat_map(|&[x, y, z]| {
+            let s = (z - end) / (BALL - end);
+            let wave = |k: f64| 2.2 * (k * TAU / 2.0 * s).cos();
+            let bend = |k: f64| wave(k) + 0.8 * (1.0 - 2.0 * s);
+            let twist = |k: f64| [-y / BEAM * wave(k), x / BEAM * wave(k), 0.0];
+            [
+                [bend(2.0), 0.0, 0.0],
+                [0.0, bend(2.0), 0.0],
+                [bend(3.0), 0.0, 0.0],
+                [0.0, bend(3.0), 0.0],
+                twist(1.0),
+                [bend(4.0), 0.0, 0.0],
+                [0.0, bend(4.0), 0.0],
+                [0.0, 0.0, wave(1.0)],
+                twist(2.0),
+                [bend(5.0), 0.0, 0.0],
+                [0.0, bend(5.0), 0.0],
+            ]
+        })
+        .collect();
+    outline
+}
+
+/// The made-up motion.
+struct Signal {
+    duration: f64,
+    /// Displacement (m) and velocity (m/s) of the probe at every sample.
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+    /// Phases of the two tones at every sample.
+    phases: Vec<[f64; 2]>,
+}
+
+impl Signal {
+    fn new(duration: f64) -> Self {
+        let mut signal = Self {
+            duration,
+            displacement: Vec::new(),
+            velocity: Vec::new(),
+            phases: Vec::new(),
+        };
+        let dt = 1.0 / SAMPLE_RATE;
+        let mut phase = [0.0; 2];
+        let mut random = 1u64;
+        for k in 0..samples(duration) {
+            let time = k as f64 * dt;
+            let wander = if time > 0.66 * duration { 0.12 } else { 0.0 };
+            for (phase, frequency) in phase.iter_mut().zip([4110.0, 3830.0]) {
+                random = random
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
+                let noise = (random >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                *phase += TAU * frequency * dt + wander * noise;
+            }
+            let grown = 0.65e-6 * (1.0 - (-time / (0.06 * duration)).exp()).powi(2);
+            let second = if time > 0.33 * duration { 0.45 } else { 0.0 };
+            let u = phase[0].sin() + second * phase[1].sin() + 0.06 * (3.0 * phase[0]).sin();
+            let v = phase[0].cos() + second * phase[1].cos() + 0.18 * (3.0 * phase[0]).cos();
+            signal.displacement.push(grown * u);
+            signal.velocity.push(grown * TAU * 4110.0 * v);
+            signal.phases.push(phase);
+        }
+        signal
+    }
+
+    fn frame(&self, index: usize, header: &Header) -> Frame {
+        let first = index * FRAME;
+        let range = first..first + FRAME;
+        let dt = 1.0 / SAMPLE_RATE;
+        let t0 = first as f64 * dt;
+        let tilt = header.max_tilt * t0 / self.duration;
+        let geometry = Arc::new(geometry(tilt));
+        let amplitude = |k: usize| 0.4e-6 * (self.displacement[k].abs() / 0.65e-6).min(1.0);
+        let share = |mode: usize| 1.0 / (1.0 + (mode as f64 - 2.0).abs());
+        let rows = |part: fn(f64) -> f64, rate: bool| {
+            range
+                .clone()
+                .flat_map(|k| {
+                    MODES
+                        .iter()
+                        .enumerate()
+                        .map(move |(mode, &(_, frequency))| {
+                            let unit = if rate { TAU * frequency } else { 1.0 };
+                            let phase = self.phases[k][mode % 2] * frequency / 4093.0;
+                            unit * amplitude(k) * share(mode) * part(phase)
+                        })
+                })
+                .collect()
+        };
+        let moments = || range.clone().step_by(10);
+        Frame {
+            index: index as u64,
+            t0,
+            dt,
+            modes: MODES.len(),
+            q: rows(f64::sin, false),
+            qdot: rows(f64::cos, true),
+            displacement: self.displacement[range.clone()].to_vec(),
+            velocity: self.velocity[range.clone()].to_vec(),
+            tilt,
+            patch: moments()
+                .map(|k| self.snapshot(k as f64 * dt, k, &geometry))
+                .collect(),
+            energy: moments()
+                .map(|k| EnergySample {
+                    time: k as f64 * dt,
+                    modal: (0..MODES.len()).map(|mode| 2e-5 * share(mode)).collect(),
+                    total: 5e-5,
+                    friction_work: 5e-5,
+                    residual: 1e-12,
+                })
+                .collect(),
+            geometry,
+            transitions: 120,
+            tally: Tally::default(),
+            busy_seconds: t0,
+        }
+    }
+
+    fn snapshot(&self, time: f64, k: usize, geometry: &PatchGeometry) -> PatchSnapshot {
+        let swing = self.velocity[k] / 0.0159;
+        let nodes = geometry.positions.iter().zip(&geometry.pre_stress);
+        let force: Vec<f64> = nodes
+            .zip(&geometry.areas)
+            .map(|((p, stress), area)| {
+                let across = (p[0] + p[1]) / BALL * 9.0;
+                stress * area * (1.0 + 0.9 * across * swing + 0.3 * swing).max(0.0)
+            })
+            .collect();
+        PatchSnapshot {
+            time,
+            states: force
+                .iter()
+                .map(|&force| match force {
+                    f if f <= 0.0 => NodeState::Separated,
+                    _ if swing < -0.92 => NodeState::Stick,
+                    _ => NodeState::Slip,
+                })
+                .collect(),
+            friction: force.iter().map(|f| [-0.36 * f, 0.36 * f, 0.0]).collect(),
+            normal_force: force,
+        }
+    }
+
+    /// One-sided amplitudes over the `count` samples before `end`, Hann window.
+    fn amplitudes(&self, end: usize, count: usize, bins: usize) -> Vec<f64> {
+        let start = end.saturating_sub(count);
+        let part = &self.velocity[start..end];
+        let n = part.len() as f64;
+        (0..bins)
+            .map(|bin| {
+                let step = TAU * bin as f64 / count as f64;
+                let (mut re, mut im) = (0.0, 0.0);
+                for (k, v) in part.iter().enumerate() {
+                    let hann = 1.0 - (TAU * k as f64 / n).cos();
+                    let (sin, cos) = (step * k as f64).sin_cos();
+                    re += v * hann * cos;
+                    im += v * hann * sin;
+                }
+                2.0 / n * re.hypot(im)
+            })
+            .collect()
+    }
+
+    fn spectrum(&self, now: f64) -> Record {
+        let count = 2000;
+        let bin = SAMPLE_RATE / count as f64;
+        let amplitude = self.amplitudes((now * SAMPLE_RATE) as usize, count, 150);
+        let peak = |frequency: f64, label: &str| Peak {
+            frequency,
+            amplitude: amplitude[(frequency / bin).round() as usize],
+            label: label.to_owned(),
+        };
+        let peaks = vec![
+            peak(4110.0, "f1"),
+            peak(3830.0, "f2"),
+            peak(12330.0, "3 f1"),
+        ];
+        Record::Spectrum {
+            time: now,
+            bin,
+            amplitude,
+            peaks,
+        }
+    }
+
+    fn column(&self, start: f64) -> Record {
+        let count = 400;
+        let end = (start * SAMPLE_RATE) as usize + count;
+        let amplitude = self.amplitudes(end.min(self.velocity.len()), count, 31);
+        Record::SpectrogramColumn {
+            time: start + 1e-3,
+            bin: SAMPLE_RATE / count as f64,
+            level_db: amplitude
+                .iter()
+                .map(|a| (20.0 * (1e3 * a + 1e-9).log10()) as f32)
+                .collect(),
+        }
+    }
+
+    fn embedding(&self, now: f64) -> Record {
+        let end = (now * SAMPLE_RATE) as usize;
+        let u = |k: usize| self.displacement[k] as f32;
+        Record::Embedding {
+            time: now,
+            points: (end.saturating_sub(2000).max(40)..end)
+                .map(|k| [u(k), u(k - 12), u(k - 24)])
+                .collect(),
+        }
+    }
+
+    fn recurrence(&self, now: f64) -> Record {
+        let (size, stride) = (400, 4);
+        let end = (now * SAMPLE_RATE) as usize;
+        let point = |i: usize| {
+            [0, 12, 24].map(|lag| {
+                let back = (size - i) * stride + lag;
+                1e6 * end.checked_sub(back).map_or(0.0, |k| self.displacement[k])
+            })
+        };
+        let points: Vec<_> = (0..size).map(point).collect();
+        let distance = |a: &[f64; 3], b: &[f64; 3]| {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (a - b).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        let pairs = || {
+            points
+                .iter()
+                .flat_map(|a| points.iter().map(move |b| (a, b)))
+        };
+        let largest = pairs().map(|(a, b)| distance(a, b)).fold(1e-12, f64::max);
+        let threshold = 0.1 * largest;
+        let pixels =
+            |value: &dyn Fn(f64) -> u8| pairs().map(|(a, b)| value(distance(a, b))).collect();
+        Record::Recurrence {
+            time: now,
+            window: (size * stride) as f64 / SAMPLE_RATE,
+            size,
+            distance: pixels(&|d| (255.0 * d / largest) as u8),
+            recurrent: pixels(&|d| if d < threshold { 255 } else { 0 }),
+            threshold: 1e-6 * threshold,
+            rate: 0.05,
+            lag: 60e-6,
+            dimension: 3,
+        }
+    }
+}
+
+/// Nodes in rings round the load's direction, with Hertz pressure.
+fn geometry(tilt: f64) -> PatchGeometry {
+    let (sin, cos) = tilt.sin_cos();
+    let turned = |[x, y, z]: [f64; 3]| [cos * x + sin * z, y, cos * z - sin * x];
+    let mut geometry = PatchGeometry {
+        direction: turned([0.0, 0.0, 1.0]),
+        radius: PATCH,
+        ..PatchGeometry::default()
+    };
+    let width = PATCH / (RINGS as f64 + 0.5);
+    for ring in 0..=RINGS {
+        let count = (6 * ring).max(1);
+        for k in 0..count {
+            let angle = TAU * k as f64 / count as f64;
+            let r = ring as f64 * width;
+            let polar = r / BALL;
+            let normal = turned([
+                polar.sin() * angle.cos(),
+                polar.sin() * angle.sin(),
+                polar.cos(),
+            ]);
+            geometry.positions.push(normal.map(|c| BALL * c));
+            geometry.normals.push(normal);
+            geometry
+                .areas
+                .push(std::f64::consts::PI * PATCH * PATCH / 91.0);
+            geometry
+                .pre_stress
+                .push(24.87e6 * (1.0 - (r / PATCH).powi(2)).max(0.0).sqrt());
+        }
+    }
+    geometry
+}

@@ -1,0 +1,84 @@
+//! A file that takes its name only when it is whole.
+
+use std::{
+    fs::File,
+    path::{Path, PathBuf},
+};
+
+use super::error::RecordError;
+
+/// A recording being written beside the place where it will stand: `name.rrd.part`.
+///
+/// Whatever stood at the final place stays untouched until [`PartFile::keep`]. A part that is
+/// not kept is left in place: it can be opened in the viewer, and its error names it.
+#[derive(Debug)]
+pub struct PartFile {
+    path: PathBuf,
+    part: PathBuf,
+}
+
+impl PartFile {
+    /// Makes sure that a file can be written beside `path` and that `path` can be replaced.
+    ///
+    /// # Errors
+    /// [`RecordError::Create`] when it cannot.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let fault = |source| RecordError::Create {
+            path: path.to_owned(),
+            source,
+        };
+        if path.is_dir() {
+            return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+        }
+        let Some(name) = path.file_name() else {
+            return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
+        };
+        let mut part_name = name.to_owned();
+        part_name.push(".part");
+        let part = path.with_file_name(part_name);
+        File::create(&part).map_err(fault)?;
+        Ok(Self {
+            path: path.to_owned(),
+            part,
+        })
+    }
+
+    /// The place asked for.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the recording is being written.
+    pub fn part(&self) -> &Path {
+        &self.part
+    }
+
+    /// Bytes written so far.
+    pub fn len(&self) -> Result<u64, RecordError> {
+        let size = std::fs::metadata(&self.part).map(|data| data.len());
+        size.map_err(|error| self.write_error(error.to_string()))
+    }
+
+    /// Writing has failed.
+    pub fn write_error(&self, reason: String) -> RecordError {
+        RecordError::Write {
+            path: self.path.clone(),
+            part: self.part.clone(),
+            reason,
+        }
+    }
+
+    /// Puts the whole recording in its place, on stable storage first.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`] or [`RecordError::Rename`]; the part is left.
+    pub fn keep(&self) -> Result<(), RecordError> {
+        let synced = File::open(&self.part).and_then(|file| file.sync_all());
+        synced.map_err(|error| self.write_error(error.to_string()))?;
+        std::fs::rename(&self.part, &self.path).map_err(|source| RecordError::Rename {
+            path: self.path.clone(),
+            part: self.part.clone(),
+            source,
+        })
+    }
+}

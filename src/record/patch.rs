@@ -1,0 +1,326 @@
+//! The contact patch: nodes coloured by state, friction arrows, the patch's rim, the load, and
+//! how many nodes do what.
+//!
+//! Everything is drawn in the frame of the ball's centre, in mm: the patch lies where it really
+//! is on the ball, and wanders as the load tilts.
+
+use std::sync::Arc;
+
+use rerun::{Arrows3D, LineStrips3D, Points3D, Radius, RecordingStream, StateChange};
+
+use super::{
+    error::RecordError,
+    paths,
+    samples::{Rows, name_series},
+    stream, style,
+};
+use crate::pipeline::message::{Frame, Header, NodeState, PatchGeometry, PatchSnapshot};
+
+/// Nodes sent in one go, over all snapshots of the batch.
+const BATCH_NODES: usize = 32_000;
+/// Height above the ball at which the patch is drawn, so that the surface does not hide it.
+const LIFT: f64 = 1.002;
+/// Largest length of a friction arrow, relative to the radius of the patch.
+const ARROW: f64 = 0.45;
+
+/// The patch as a whole, in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PatchState {
+    Sliding,
+    Lifted,
+    Stuck,
+    LiftedAndStuck,
+}
+
+impl PatchState {
+    const ALL: [Self; 4] = [
+        Self::Sliding,
+        Self::Lifted,
+        Self::Stuck,
+        Self::LiftedAndStuck,
+    ];
+
+    fn of(stick: usize, separated: usize) -> Self {
+        match (stick > 0, separated > 0) {
+            (false, false) => Self::Sliding,
+            (false, true) => Self::Lifted,
+            (true, false) => Self::Stuck,
+            (true, true) => Self::LiftedAndStuck,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Sliding => "all nodes slide",
+            Self::Lifted => "some lifted off",
+            Self::Stuck => "some stick",
+            Self::LiftedAndStuck => "some lifted, some stick",
+        }
+    }
+
+    const fn color(self) -> rerun::Color {
+        match self {
+            Self::Sliding => style::node(NodeState::Slip),
+            Self::Lifted => style::node(NodeState::Separated),
+            Self::Stuck => style::node(NodeState::Stick),
+            Self::LiftedAndStuck => style::FRICTION,
+        }
+    }
+}
+
+/// Everything about the contact patch.
+#[derive(Debug)]
+pub struct Patch {
+    /// What is drawn now; frames of one tilt share it.
+    geometry: Arc<PatchGeometry>,
+    load: f64,
+    ball_radius: f64,
+    state: Option<PatchState>,
+    times: Vec<i64>,
+    lengths: Vec<usize>,
+    colors: Vec<rerun::Color>,
+    radii: Vec<Radius>,
+    friction: Vec<[f32; 3]>,
+    counts: Rows,
+    force: Rows,
+}
+
+impl Patch {
+    /// Draws what never changes and starts empty.
+    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
+        let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
+        name_series(
+            rec,
+            paths::NODE_COUNTS,
+            ["slip", "stick", "separated (open)"].map(str::to_owned),
+            states.map(style::node),
+        )?;
+        name_series(
+            rec,
+            paths::CONTACT_FORCE,
+            ["normal force, N", "friction, N"].map(str::to_owned),
+            [style::LOAD, style::FRICTION],
+        )?;
+        rec.log_static(
+            paths::CONTACT_STATE,
+            &rerun::StateConfiguration::new()
+                .with_values(PatchState::ALL.map(PatchState::name))
+                .with_labels(PatchState::ALL.map(PatchState::name))
+                .with_colors(PatchState::ALL.map(|s| s.color().to_u32())),
+        )?;
+        draw_circles(rec, header)?;
+        Ok(Self {
+            geometry: Arc::default(),
+            load: header.load,
+            ball_radius: header.ball_radius,
+            state: None,
+            times: Vec::new(),
+            lengths: Vec::new(),
+            colors: Vec::new(),
+            radii: Vec::new(),
+            friction: Vec::new(),
+            counts: Rows::new(paths::NODE_COUNTS, 3),
+            force: Rows::new(paths::CONTACT_FORCE, 2),
+        })
+    }
+
+    /// Takes a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        let same = Arc::ptr_eq(&self.geometry, &frame.geometry) || self.geometry == frame.geometry;
+        if !same {
+            self.geometry = Arc::clone(&frame.geometry);
+            self.draw_geometry(rec, frame.t0)?;
+        }
+        for snapshot in &frame.patch {
+            self.push_snapshot(rec, snapshot)?;
+        }
+        if self.colors.len() >= BATCH_NODES {
+            self.send(rec)?;
+        }
+        self.counts.send_full(rec)?;
+        self.force.send_full(rec)
+    }
+
+    /// Sends what is left.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.send(rec)?;
+        self.counts.send(rec)?;
+        self.force.send(rec)
+    }
+
+    fn push_snapshot(
+        &mut self,
+        rec: &RecordingStream,
+        snapshot: &PatchSnapshot,
+    ) -> Result<(), RecordError> {
+        let geometry = &*self.geometry;
+        let nodes = snapshot.states.len();
+        self.times.push(stream::nanos(snapshot.time));
+        self.lengths.push(nodes);
+        self.colors
+            .extend(snapshot.states.iter().map(|&state| style::node(state)));
+
+        // A node's disc has the area of its cell at twice the mean pressure, and shrinks with
+        // the root of its pressure; an open node keeps a dot.
+        let mean_pressure = self.load / (std::f64::consts::PI * geometry.radius.powi(2));
+        let radius = |force: f64, area: f64| {
+            let full = (area / std::f64::consts::PI).sqrt();
+            let share = (force / (2.0 * mean_pressure * area)).sqrt();
+            Radius::new_scene_units((1e3 * full * (0.25 + 0.65 * share).min(1.0)) as f32)
+        };
+        let forces = snapshot.normal_force.iter().zip(&geometry.areas);
+        self.radii
+            .extend(forces.map(|(&force, &area)| radius(force, area)));
+
+        // The arrow of a node that carries its share of the load at friction coefficient 1/2
+        // (about the steady value) reaches half the largest length.
+        let scale = 1e3 * ARROW * geometry.radius * nodes as f64 / self.load;
+        let arrows = snapshot.friction.iter();
+        self.friction
+            .extend(arrows.map(|f| f.map(|c| (scale * c) as f32)));
+
+        let [stick, slip, separated] = [NodeState::Stick, NodeState::Slip, NodeState::Separated]
+            .map(|state| snapshot.count(state));
+        self.counts.push(
+            snapshot.time,
+            [slip, stick, separated].map(|count| count as f64),
+        );
+        let normal = snapshot.normal_force.iter().sum();
+        let friction = (0..3).map(|c| snapshot.friction.iter().map(|f| f[c]).sum::<f64>());
+        let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
+        self.force.push(snapshot.time, [normal, friction]);
+
+        let state = PatchState::of(stick, separated);
+        if self.state != Some(state) {
+            self.state = Some(state);
+            let change = StateChange::single(state.name());
+            stream::log_at(rec, paths::CONTACT_STATE, snapshot.time, &change)?;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        if self.times.is_empty() {
+            return Ok(());
+        }
+        let lengths = self.lengths.iter().copied();
+        let nodes = Points3D::update_fields()
+            .with_colors(self.colors.drain(..))
+            .with_radii(self.radii.drain(..))
+            .columns(lengths.clone());
+        stream::send_rows(rec, paths::NODES, &self.times, nodes)?;
+        let arrows = Arrows3D::update_fields()
+            .with_vectors(self.friction.drain(..))
+            .columns(lengths);
+        stream::send_rows(rec, paths::FRICTION, &self.times, arrows)?;
+        self.times.clear();
+        self.lengths.clear();
+        Ok(())
+    }
+
+    /// Where nodes, rim and load are from now on.
+    fn draw_geometry(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+        let geometry = &*self.geometry;
+        let positions = || {
+            geometry
+                .positions
+                .iter()
+                .map(|p| p.map(|c| (1e3 * LIFT * c) as f32))
+        };
+        let nodes = Points3D::update_fields().with_positions(positions());
+        stream::log_at(rec, paths::NODES, time, &nodes)?;
+        let arrows = Arrows3D::update_fields()
+            .with_origins(positions())
+            .with_colors([style::FRICTION])
+            .with_radii([Radius::new_ui_points(0.9)]);
+        stream::log_at(rec, paths::FRICTION, time, &arrows)?;
+
+        let axis = geometry.direction;
+        let angle = (geometry.radius / self.ball_radius).asin();
+        let rim = circle(axis, self.ball_radius, angle);
+        let rim = LineStrips3D::new([rim])
+            .with_colors([style::LOAD])
+            .with_radii([Radius::new_ui_points(1.0)]);
+        stream::log_at(rec, paths::RIM, time, &rim)?;
+
+        let length = 1e3 * 2.2 * self.ball_radius;
+        let tip = axis.map(|c| (1e3 * 1.05 * self.ball_radius * c) as f32);
+        let load = Arrows3D::from_vectors([axis.map(|c| (-length * c) as f32)])
+            .with_origins(
+                [std::array::from_fn(|i| tip[i] + (length * axis[i]) as f32)] as [[f32; 3]; 1],
+            )
+            .with_colors([style::LOAD])
+            .with_radii([1.2])
+            .with_labels([format!("load {} N", style::short(self.load))]);
+        stream::log_at(rec, paths::LOAD, time, &load)
+    }
+}
+
+/// Circles on the ball at whole degrees from the beam's axis: a ruler for the tilt.
+fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let largest = header.max_tilt.to_degrees().ceil().max(2.0);
+    let step = if largest > 12.0 { 5.0 } else { 2.0 };
+    let angles: Vec<f64> = (1..)
+        .map(|k| f64::from(k) * step)
+        .take_while(|angle| *angle <= largest + 1e-9)
+        .collect();
+    let strips = angles
+        .iter()
+        .map(|angle| circle([0.0, 0.0, 1.0], header.ball_radius, angle.to_radians()));
+    let lines = LineStrips3D::new(strips)
+        .with_colors([style::GRID])
+        .with_radii([Radius::new_ui_points(0.8)]);
+    Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
+}
+
+/// The circle on the ball at `angle` (rad) from the unit vector `axis`, mm.
+fn circle(axis: [f64; 3], ball_radius: f64, angle: f64) -> Vec<[f32; 3]> {
+    const CORNERS: usize = 96;
+    let radius = 1e3 * LIFT * ball_radius;
+    // Any two unit vectors square to the axis and to one another, from the coordinate
+    // direction that the axis is least along.
+    let least = (0..3).min_by(|&i, &j| axis[i].abs().total_cmp(&axis[j].abs()));
+    let mut helper = [0.0; 3];
+    helper[least.unwrap_or(0)] = 1.0;
+    let first = unit(cross(axis, helper));
+    let second = cross(axis, first);
+    (0..=CORNERS)
+        .map(|k| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+            std::array::from_fn(|i| {
+                let across = cos * first[i] + sin * second[i];
+                (radius * (angle.cos() * axis[i] + angle.sin() * across)) as f32
+            })
+        })
+        .collect()
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn unit(a: [f64; 3]) -> [f64; 3] {
+    let length = a.iter().map(|c| c * c).sum::<f64>().sqrt();
+    a.map(|c| c / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn circles_lie_on_the_ball_at_their_angle() {
+        let axis = unit([0.1, -0.2, 1.0]);
+        for point in circle(axis, 0.0158, 0.1) {
+            let p = point.map(f64::from);
+            let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();
+            assert!((length - 15.8 * LIFT).abs() < 1e-4);
+            let cosine = (0..3).map(|i| p[i] * axis[i]).sum::<f64>() / length;
+            assert!((cosine - 0.1f64.cos()).abs() < 1e-6);
+        }
+    }
+}

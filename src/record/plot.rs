@@ -1,0 +1,225 @@
+//! Axes for pictures. A 2-D view of the viewer has none of its own, so the frame, the ticks and
+//! their labels are logged as lines and points. Scene units are picture pixels; y points down.
+
+use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
+
+use super::{
+    error::RecordError,
+    paths, stream,
+    style::{self, short},
+};
+
+/// How an axis maps its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scaling {
+    /// In proportion.
+    Linear,
+    /// In proportion to the logarithm; both ends positive.
+    Logarithmic,
+}
+
+/// One axis of a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Name and unit, such as `frequency, kHz`.
+    pub name: String,
+    /// Value at the left or lower end.
+    pub low: f64,
+    /// Value at the right or upper end; above `low`.
+    pub high: f64,
+    /// How values map.
+    pub scaling: Scaling,
+    /// Where ticks stand.
+    pub ticks: Vec<f64>,
+}
+
+impl Axis {
+    /// A linear axis with about `count` ticks at round values.
+    pub fn linear(name: impl Into<String>, low: f64, high: f64, count: usize) -> Self {
+        let rough = (high - low) / count.max(1) as f64;
+        let decade = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
+            .map(|d| d * decade)
+            .into_iter()
+            .find(|s| *s >= rough * (1.0 - 1e-9))
+            .unwrap_or(rough);
+        let first = (low / step - 1e-9).ceil() as i64;
+        let last = (high / step + 1e-9).floor() as i64;
+        Self {
+            name: name.into(),
+            low,
+            high,
+            scaling: Scaling::Linear,
+            ticks: (first..=last).map(|k| k as f64 * step).collect(),
+        }
+    }
+
+    /// A logarithmic axis over whole decades, `10^low` to `10^high`, a tick each.
+    pub fn decades(name: impl Into<String>, low: i32, high: i32) -> Self {
+        Self {
+            name: name.into(),
+            low: 10f64.powi(low),
+            high: 10f64.powi(high),
+            scaling: Scaling::Logarithmic,
+            ticks: (low..=high).map(|k| 10f64.powi(k)).collect(),
+        }
+    }
+
+    /// Where `value` lies, 0 at the lower end to 1 at the upper; clamped to the axis.
+    pub fn share(&self, value: f64) -> f64 {
+        let share = match self.scaling {
+            Scaling::Linear => (value - self.low) / (self.high - self.low),
+            Scaling::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+        };
+        // `max` first: not-a-number (the logarithm of a negative value) becomes 0.
+        share.max(0.0).min(1.0)
+    }
+}
+
+/// A plot of fixed size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// Width of the field, pixels.
+    pub width: f32,
+    /// Height of the field, pixels.
+    pub height: f32,
+    /// Axis along the width.
+    pub x: Axis,
+    /// Axis along the height.
+    pub y: Axis,
+    /// Whether ticks run on as lines across the field.
+    pub grid: bool,
+}
+
+impl Plot {
+    /// Space for labels round the field, pixels: left, right, above, below.
+    const MARGINS: [f32; 4] = [46.0, 16.0, 14.0, 38.0];
+
+    /// The picture position of a pair of values.
+    pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
+        [
+            self.width * self.x.share(x) as f32,
+            self.height * (1.0 - self.y.share(y) as f32),
+        ]
+    }
+
+    /// What a view must show: the field and its labels.
+    pub fn bounds(&self) -> Bounds {
+        let [left, right, above, below] = Self::MARGINS;
+        Bounds {
+            x: [-left, self.width + right],
+            y: [-above, self.height + below],
+        }
+    }
+
+    /// Logs the axes below `path`, for all times or from `time` (s) on.
+    pub fn draw(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        time: Option<f64>,
+    ) -> Result<(), RecordError> {
+        let (lines, labels) = (self.lines(), self.labels());
+        let (line_path, label_path) = (paths::axis_lines(path), paths::axis_labels(path));
+        match time {
+            Some(time) => {
+                stream::log_at(rec, line_path, time, &lines)?;
+                stream::log_at(rec, label_path, time, &labels)
+            }
+            None => {
+                rec.log_static(line_path, &lines)?;
+                Ok(rec.log_static(label_path, &labels)?)
+            }
+        }
+    }
+
+    /// Frame, and ticks or grid.
+    fn lines(&self) -> LineStrips2D {
+        let (w, h) = (self.width, self.height);
+        let mut strips = Vec::new();
+        let mut colors = Vec::new();
+        for &tick in &self.x.ticks {
+            let [x, _] = self.at(tick, self.y.low);
+            let top = if self.grid { 0.0 } else { h };
+            strips.push(vec![[x, top], [x, h + 4.0]]);
+            colors.push(if self.grid { style::GRID } else { style::AXIS });
+        }
+        for &tick in &self.y.ticks {
+            let [_, y] = self.at(self.x.low, tick);
+            let right = if self.grid { w } else { 0.0 };
+            strips.push(vec![[-4.0, y], [right, y]]);
+            colors.push(if self.grid { style::GRID } else { style::AXIS });
+        }
+        strips.push(vec![[0.0, 0.0], [w, 0.0], [w, h], [0.0, h], [0.0, 0.0]]);
+        colors.push(style::AXIS);
+        LineStrips2D::new(strips)
+            .with_colors(colors)
+            .with_radii([Radius::new_ui_points(0.5)])
+            .with_draw_order(-1.0)
+    }
+
+    /// Tick labels and names: invisible points that carry words.
+    fn labels(&self) -> Points2D {
+        let mut points = Vec::new();
+        let mut words = Vec::new();
+        for &tick in &self.x.ticks {
+            points.push([self.at(tick, self.y.low)[0], self.height + 6.0]);
+            words.push(short(tick));
+        }
+        for &tick in &self.y.ticks {
+            points.push([-22.0, self.at(self.x.low, tick)[1] - 8.0]);
+            words.push(short(tick));
+        }
+        points.push([0.5 * self.width, self.height + 22.0]);
+        words.push(self.x.name.clone());
+        points.push([0.5 * self.width, -14.0]);
+        words.push(self.y.name.clone());
+        let count = points.len();
+        Points2D::new(points)
+            .with_labels(words)
+            .with_colors(vec![style::AXIS; count])
+            .with_radii([Radius::new_ui_points(0.0)])
+            .with_show_labels(true)
+    }
+}
+
+/// A rectangle of a picture, pixels; y points down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Left and right.
+    pub x: [f32; 2],
+    /// Upper and lower.
+    pub y: [f32; 2],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let axis = Axis::linear("f, kHz", 0.0, 15.0, 5);
+        assert_eq!(axis.ticks, [0.0, 5.0, 10.0, 15.0]);
+        let axis = Axis::linear("u", -2.0, 2.0, 4);
+        assert_eq!(axis.ticks, [-2.0, -1.0, 0.0, 1.0, 2.0]);
+        let axis = Axis::decades("v", -2, 1);
+        assert_eq!(axis.ticks.len(), 4);
+        assert!((axis.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn values_map_into_the_field_with_y_upwards() {
+        let plot = Plot {
+            width: 200.0,
+            height: 100.0,
+            x: Axis::linear("x", 0.0, 10.0, 5),
+            y: Axis::decades("y", -2, 2),
+            grid: true,
+        };
+        assert_eq!(plot.at(0.0, 1e-2), [0.0, 100.0]);
+        assert_eq!(plot.at(5.0, 1.0), [100.0, 50.0]);
+        assert_eq!(plot.at(99.0, 1e9), [200.0, 0.0]);
+        assert_eq!(plot.at(-1.0, -1.0), [0.0, 100.0], "clamped, no NaN");
+        assert_eq!(plot.at(0.0, 0.0), [0.0, 100.0]);
+    }
+}

@@ -1,0 +1,219 @@
+//! The attractor: phase portrait (u, v) and delay embedding, each a trail that fades with age.
+
+use std::collections::VecDeque;
+
+use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius, RecordingStream};
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axis, Plot},
+    stream,
+    style::{self, FullScale, short},
+};
+use crate::pipeline::message::Frame;
+
+/// Length of the trail, s: about fifty periods of a 4 kHz squeak.
+const TRAIL: f64 = 12e-3;
+/// The present point is logged every this many samples.
+const POINT_EVERY: usize = 10;
+/// Side of the field, pixels.
+const SIDE: f32 = 400.0;
+/// Smallest full scales: displacement in um and velocity in mm/s.
+const SMALLEST: [f64; 2] = [1e-4, 1e-3];
+/// Pieces of the delay trail, each of one colour.
+const PIECES: usize = 8;
+
+/// The phase portrait of the probe.
+#[derive(Debug)]
+pub struct Portrait {
+    /// (displacement in um, velocity in mm/s) of the last frames, oldest first.
+    trail: VecDeque<Vec<[f64; 2]>>,
+    scales: [FullScale; 2],
+    drawn: bool,
+}
+
+impl Portrait {
+    /// Starts empty; the axes are drawn with the first frame.
+    pub fn new() -> Self {
+        Self {
+            trail: VecDeque::new(),
+            scales: SMALLEST.map(FullScale::new),
+            drawn: false,
+        }
+    }
+
+    /// The plot with given full scales.
+    fn plot(scales: [f64; 2]) -> Plot {
+        let axis = |name: &str, full: f64| Axis::linear(name, -full, full, 4);
+        Plot {
+            width: SIDE,
+            height: SIDE,
+            x: axis("displacement u, µm", scales[0]),
+            y: axis("velocity v, mm/s", scales[1]),
+            grid: true,
+        }
+    }
+
+    /// What the view must show, whatever the scale.
+    pub fn bounds() -> super::plot::Bounds {
+        Self::plot([1.0, 1.0]).bounds()
+    }
+
+    /// Takes a frame: the trail is drawn anew once a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        if frame.is_empty() {
+            return Ok(());
+        }
+        let points = frame.displacement.iter().zip(&frame.velocity);
+        let points: Vec<_> = points.map(|(u, v)| [1e6 * u, 1e3 * v]).collect();
+        let keep = (TRAIL / (frame.dt * frame.len() as f64)).ceil().max(1.0) as usize;
+        self.trail.push_back(points);
+        while self.trail.len() > keep {
+            self.trail.pop_front();
+        }
+
+        let mut changed = !self.drawn;
+        self.drawn = true;
+        for (c, scale) in self.scales.iter_mut().enumerate() {
+            let all = self.trail.iter().flatten();
+            let peak = all.map(|p| p[c].abs()).fold(0.0, f64::max);
+            changed |= scale.update(peak, SMALLEST[c]);
+        }
+        let plot = Self::plot(self.scales.map(FullScale::get));
+        if changed {
+            plot.draw(rec, paths::PORTRAIT_AXES, Some(frame.t0))?;
+        }
+        self.draw_trail(rec, &plot, frame)?;
+        draw_point(rec, &plot, frame)
+    }
+
+    fn draw_trail(
+        &self,
+        rec: &RecordingStream,
+        plot: &Plot,
+        frame: &Frame,
+    ) -> Result<(), RecordError> {
+        let pieces = self.trail.len();
+        let strips = (0..pieces).map(|k| {
+            // Each piece runs on to the first point of the next, without a gap.
+            let next = self.trail.get(k + 1).and_then(|piece| piece.first());
+            let points = self.trail[k].iter().chain(next);
+            points.map(|p| plot.at(p[0], p[1])).collect::<Vec<_>>()
+        });
+        let trail = LineStrips2D::new(strips)
+            .with_colors((0..pieces).map(|k| fade(k + 1, pieces)))
+            .with_radii([Radius::new_ui_points(0.7)]);
+        stream::log_at(rec, paths::PORTRAIT_TRAIL, frame.t0, &trail)
+    }
+}
+
+/// The present point moves finely within the frame.
+fn draw_point(rec: &RecordingStream, plot: &Plot, frame: &Frame) -> Result<(), RecordError> {
+    let chosen = (0..frame.len()).step_by(POINT_EVERY);
+    let times: Vec<i64> = chosen
+        .clone()
+        .map(|k| stream::nanos(frame.time(k)))
+        .collect();
+    let positions = chosen.map(|k| plot.at(1e6 * frame.displacement[k], 1e3 * frame.velocity[k]));
+    let columns = Points2D::update_fields()
+        .with_positions(positions)
+        .columns_of_unit_batches();
+    stream::send_rows(rec, paths::PORTRAIT_NOW, &times, columns)
+}
+
+/// Colour of piece `k` (1 oldest) of `count`.
+fn fade(k: usize, count: usize) -> Color {
+    let age = k as f32 / count as f32;
+    style::faded(style::SIGNAL, 0.18 + 0.82 * age.powi(2))
+}
+
+/// Looks of the present point, for all times.
+pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
+    let style = Points2D::update_fields()
+        .with_colors([style::ACCENT])
+        .with_radii([Radius::new_ui_points(4.0)])
+        .with_draw_order(1.0);
+    Ok(rec.log_static(paths::PORTRAIT_NOW, &style)?)
+}
+
+/// The delay embedding, Eq. (25), in a cube of side 2.
+#[derive(Debug)]
+pub struct Embedding {
+    scale: FullScale,
+    drawn: bool,
+}
+
+impl Embedding {
+    /// Starts empty.
+    pub fn new() -> Self {
+        Self {
+            scale: FullScale::new(SMALLEST[0]),
+            drawn: false,
+        }
+    }
+
+    /// Draws the trail (points in m, oldest first) at a time (s).
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        points: &[[f32; 3]],
+    ) -> Result<(), RecordError> {
+        let largest = points.iter().flatten().fold(0.0f32, |m, c| m.max(c.abs()));
+        let changed = self.scale.update(1e6 * f64::from(largest), SMALLEST[0]);
+        if changed || !self.drawn {
+            self.drawn = true;
+            draw_cube(rec, time, self.scale.get())?;
+        }
+        let unit = (1e6 / self.scale.get()) as f32;
+        let length = points.len().div_ceil(PIECES).max(1);
+        let pieces: Vec<Vec<[f32; 3]>> = points
+            .chunks(length)
+            .enumerate()
+            .map(|(k, piece)| {
+                let next = points.get((k + 1) * length);
+                let points = piece.iter().chain(next);
+                points.map(|p| p.map(|c| unit * c)).collect()
+            })
+            .collect();
+        let count = pieces.len();
+        let trail = LineStrips3D::new(pieces)
+            .with_colors((0..count).map(|k| fade(k + 1, count)))
+            .with_radii([Radius::new_ui_points(0.8)]);
+        stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
+    }
+}
+
+/// Edges of the cube, and at their ends what the axes are.
+fn draw_cube(rec: &RecordingStream, time: f64, full: f64) -> Result<(), RecordError> {
+    let mut edges = Vec::new();
+    for axis in 0..3 {
+        for (a, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let end = |along: f32| -> [f32; 3] {
+                let mut point = [along; 3];
+                point[(axis + 1) % 3] = a;
+                point[(axis + 2) % 3] = b;
+                point
+            };
+            edges.push([end(-1.0), end(1.0)]);
+        }
+    }
+    let edges = LineStrips3D::new(edges)
+        .with_colors([style::GRID])
+        .with_radii([Radius::new_ui_points(0.8)]);
+    stream::log_at(rec, paths::axis_lines(paths::EMBEDDING_AXES), time, &edges)?;
+    let words = ["u(t)", "u(t - τ)", "u(t - 2τ)"];
+    let words = words.map(|name| format!("{name}, ±{} µm", short(full)));
+    let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
+        .with_labels(words)
+        .with_show_labels(true)
+        .with_colors([style::AXIS])
+        .with_radii([Radius::new_ui_points(0.0)]);
+    stream::log_at(
+        rec,
+        paths::axis_labels(paths::EMBEDDING_AXES),
+        time,
+        &labels,
+    )
+}

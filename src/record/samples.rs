@@ -1,0 +1,222 @@
+//! Columns of plain numbers: probe, modes, energies, tilt, health.
+
+use rerun::{RecordingStream, Scalars, SeriesLines};
+
+use super::{error::RecordError, paths, stream, style};
+use crate::pipeline::message::{Frame, Header, Health, ModeInfo};
+
+/// Rows sent in one go: long enough that a row costs little, short enough to follow live.
+const BATCH_ROWS: usize = 1000;
+
+/// Rows of equal width waiting to be sent to one entity.
+#[derive(Debug)]
+pub struct Rows {
+    path: &'static str,
+    width: usize,
+    times: Vec<i64>,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    /// No rows yet for an entity of `width` series.
+    pub fn new(path: &'static str, width: usize) -> Self {
+        Self {
+            path,
+            width,
+            times: Vec::with_capacity(BATCH_ROWS),
+            values: Vec::with_capacity(BATCH_ROWS * width),
+        }
+    }
+
+    /// Adds a row at a time (s); `row` yields as many values as the entity has series.
+    pub fn push(&mut self, time: f64, row: impl IntoIterator<Item = f64>) {
+        self.times.push(stream::nanos(time));
+        self.values.extend(row);
+        debug_assert_eq!(self.values.len(), self.times.len() * self.width);
+    }
+
+    /// Sends the rows if there are enough of them.
+    pub fn send_full(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        if self.times.len() < BATCH_ROWS {
+            return Ok(());
+        }
+        self.send(rec)
+    }
+
+    /// Sends all rows.
+    pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        if self.times.is_empty() {
+            return Ok(());
+        }
+        let columns = Scalars::new(self.values.drain(..))
+            .columns(std::iter::repeat_n(self.width, self.times.len()));
+        stream::send_rows(rec, self.path, &self.times, columns)?;
+        self.times.clear();
+        Ok(())
+    }
+}
+
+/// All series of samples of a run.
+#[derive(Debug)]
+pub struct Samples {
+    displacement: Rows,
+    velocity: Rows,
+    q: Rows,
+    qdot: Rows,
+    modal_energy: Rows,
+    energy: Rows,
+    tilt: Rows,
+}
+
+/// Names and colours of the series of one entity; without it they are called by their path.
+pub fn name_series(
+    rec: &RecordingStream,
+    path: &str,
+    names: impl IntoIterator<Item = String>,
+    colors: impl IntoIterator<Item = rerun::Color>,
+) -> Result<(), RecordError> {
+    let style = SeriesLines::new()
+        .with_names(names)
+        .with_colors(colors)
+        .with_widths([1.2]);
+    Ok(rec.log_static(path, &style)?)
+}
+
+impl Samples {
+    /// Names the series and starts empty.
+    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
+        let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
+        one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL)?;
+        one(paths::VELOCITY, "velocity, mm/s", style::SECOND)?;
+        one(paths::TILT, "tilt, deg", style::LOAD)?;
+        for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
+            let colors = (0..header.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
+            name_series(rec, path, header.modes.iter().map(mode_name), colors)?;
+        }
+        name_series(
+            rec,
+            paths::ENERGY,
+            ["stored, µJ", "work of friction, µJ", "audit residual, µJ"].map(str::to_owned),
+            [style::SIGNAL, style::FRICTION, style::ACCENT],
+        )?;
+        let modes = header.modes.len();
+        Ok(Self {
+            displacement: Rows::new(paths::DISPLACEMENT, 1),
+            velocity: Rows::new(paths::VELOCITY, 1),
+            q: Rows::new(paths::MODES_Q, modes),
+            qdot: Rows::new(paths::MODES_QDOT, modes),
+            modal_energy: Rows::new(paths::MODES_ENERGY, modes),
+            energy: Rows::new(paths::ENERGY, 3),
+            tilt: Rows::new(paths::TILT, 1),
+        })
+    }
+
+    /// Takes a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        let rows = frame.q.chunks_exact(frame.modes);
+        let rates = frame.qdot.chunks_exact(frame.modes);
+        for (k, (q, qdot)) in rows.zip(rates).enumerate() {
+            let time = frame.time(k);
+            self.displacement.push(time, [1e6 * frame.displacement[k]]);
+            self.velocity.push(time, [1e3 * frame.velocity[k]]);
+            self.q.push(time, q.iter().map(|x| 1e6 * x));
+            self.qdot.push(time, qdot.iter().map(|x| 1e3 * x));
+        }
+        for sample in &frame.energy {
+            self.modal_energy
+                .push(sample.time, sample.modal.iter().map(|e| 1e6 * e));
+            let sums = [sample.total, sample.friction_work, sample.residual];
+            self.energy.push(sample.time, sums.map(|e| 1e6 * e));
+        }
+        if !frame.is_empty() {
+            self.tilt.push(frame.t0, [frame.tilt.to_degrees()]);
+        }
+        for rows in self.all() {
+            rows.send_full(rec)?;
+        }
+        Ok(())
+    }
+
+    /// Sends what is left.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        for rows in self.all() {
+            rows.send(rec)?;
+        }
+        Ok(())
+    }
+
+    fn all(&mut self) -> [&mut Rows; 7] {
+        [
+            &mut self.displacement,
+            &mut self.velocity,
+            &mut self.q,
+            &mut self.qdot,
+            &mut self.modal_energy,
+            &mut self.energy,
+            &mut self.tilt,
+        ]
+    }
+}
+
+/// Label and frequency of a mode.
+fn mode_name(mode: &ModeInfo) -> String {
+    format!("{} · {:.2} kHz", mode.label, 1e-3 * mode.frequency_hz)
+}
+
+/// Names the series of the run's health.
+pub fn name_health(rec: &RecordingStream) -> Result<(), RecordError> {
+    let entities: [(&str, &[&str]); 4] = [
+        (paths::HEALTH_SPEED, &["simulated s per s"]),
+        (
+            paths::HEALTH_WORK,
+            &[
+                "steps per ms",
+                "rejections per ms",
+                "right-hand sides per ms",
+                "contact transitions per ms",
+            ],
+        ),
+        (
+            paths::HEALTH_QUEUES,
+            &["frames waiting", "records waiting", "pictures replaced"],
+        ),
+        (paths::HEALTH_AUDIT, &["relative energy residual"]),
+    ];
+    for (path, names) in entities {
+        let names = names.iter().map(|name| (*name).to_owned());
+        let colors = style::MODES.into_iter().step_by(2).take(names.len());
+        name_series(rec, path, names, colors)?;
+    }
+    Ok(())
+}
+
+/// Logs the run's health; rare enough to go row by row.
+pub fn log_health(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
+    let log = |path, values: &[f64]| {
+        stream::log_at(
+            rec,
+            path,
+            health.time,
+            &Scalars::new(values.iter().copied()),
+        )
+    };
+    log(paths::HEALTH_SPEED, &[health.real_time_factor])?;
+    log(
+        paths::HEALTH_WORK,
+        &[
+            health.steps_per_ms,
+            health.rejections_per_ms,
+            health.calls_per_ms,
+            health.events_per_ms,
+        ],
+    )?;
+    log(
+        paths::HEALTH_QUEUES,
+        &[
+            health.frames_waiting as f64,
+            health.records_waiting as f64,
+            health.drops as f64,
+        ],
+    )?;
+    log(paths::HEALTH_AUDIT, &[health.audit])
+}

@@ -1,0 +1,349 @@
+//! What a recording contains, read back from the file.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::BufReader,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
+
+use rerun::{
+    external::re_log_encoding::DecoderApp,
+    log::{Chunk, LogMsg},
+};
+
+use super::{Output, RecordError, RerunSink, demo, paths};
+use crate::pipeline::{
+    Delivery, Sink,
+    message::{Health, Record},
+};
+
+/// What an entity holds.
+#[derive(Clone, Debug, Default)]
+struct Entity {
+    /// Rows on the timeline, and static ones.
+    rows: usize,
+    /// First and last time, ns.
+    range: Option<(i64, i64)>,
+    /// Names of the components.
+    components: Vec<String>,
+}
+
+/// Reads a recording: entities of the recording itself by path, and the number of chunks of
+/// its blueprint.
+fn read(path: &Path) -> (BTreeMap<String, Entity>, usize) {
+    let mut entities = BTreeMap::<String, Entity>::new();
+    let mut blueprint = 0;
+    let file = BufReader::new(File::open(path).unwrap());
+    for message in DecoderApp::decode_lazy(file) {
+        let LogMsg::ArrowMsg(store, message) = message.unwrap() else {
+            continue;
+        };
+        if store.is_blueprint() {
+            blueprint += 1;
+            continue;
+        }
+        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        let path = chunk.entity_path().to_string();
+        let entity = entities
+            .entry(path.trim_start_matches('/').to_owned())
+            .or_default();
+        let names = chunk.components().keys().map(ToString::to_string);
+        entity.components.extend(names);
+        if let Some(times) = chunk.timelines().get(&paths::TIMELINE.into()) {
+            entity.rows += chunk.num_rows();
+            let range = times.time_range();
+            let (min, max) = (range.min().as_i64(), range.max().as_i64());
+            let so_far = entity.range.get_or_insert((min, max));
+            *so_far = (so_far.0.min(min), so_far.1.max(max));
+        }
+        assert!(
+            chunk.timelines().len() <= 1,
+            "{}: simulated time is the only time",
+            chunk.entity_path()
+        );
+    }
+    (entities, blueprint)
+}
+
+fn to_file(path: impl Into<PathBuf>) -> Output {
+    Output {
+        save: Some(path.into()),
+        ..Output::default()
+    }
+}
+
+/// Records a made-up run of `duration` s.
+fn record(path: &Path, duration: f64) {
+    let mut sink = RerunSink::new(&to_file(path), demo::spec()).unwrap();
+    for record in demo::records(duration) {
+        sink.accept(record).unwrap();
+    }
+    sink.finish().unwrap();
+}
+
+#[test]
+fn a_recording_holds_every_entity_with_its_rows_and_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let duration = 0.05;
+    record(&path, duration);
+    let (entities, blueprint) = read(&path);
+
+    assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
+    let samples = demo::samples(duration);
+    for path in [
+        paths::DISPLACEMENT,
+        paths::VELOCITY,
+        paths::MODES_Q,
+        paths::MODES_QDOT,
+    ] {
+        let entity = &entities[path];
+        assert_eq!(entity.rows, samples, "{path}");
+        let last = (1e9 * (samples - 1) as f64 / demo::SAMPLE_RATE).round() as i64;
+        assert_eq!(entity.range, Some((0, last)), "{path}");
+    }
+    let frames = samples / 256;
+    let snapshots = frames * 256usize.div_ceil(10);
+    for path in [
+        paths::FRICTION,
+        paths::NODES,
+        paths::NODE_COUNTS,
+        paths::CONTACT_FORCE,
+        paths::MODES_ENERGY,
+        paths::ENERGY,
+        paths::PORTRAIT_NOW,
+    ] {
+        // The tilt changes with every frame here, so nodes and arrows move once a frame.
+        let moves = [paths::FRICTION, paths::NODES].contains(&path);
+        let expected = snapshots + if moves { frames } else { 0 };
+        assert_eq!(entities[path].rows, expected, "{path}");
+    }
+    assert_eq!(entities[paths::TILT].rows, frames);
+    let pictures = (duration * demo::spec().body_rate).ceil() as usize;
+    assert!(entities[paths::BODY].rows.abs_diff(pictures) <= 1);
+    for path in [
+        paths::BODY_LEGEND,
+        paths::LOAD,
+        paths::ROTATION,
+        paths::RIM,
+        paths::TILT_CIRCLES,
+        paths::CONTACT_STATE,
+        paths::NARRATION,
+        paths::ABOUT,
+        paths::LOG,
+        paths::PORTRAIT_TRAIL,
+        paths::EMBEDDING_TRAIL,
+        paths::SPECTRUM_CURVE,
+        paths::SPECTRUM_PEAKS,
+        paths::RECURRENCE_IMAGE,
+        paths::RECURRENCE_CAPTION,
+        paths::HEALTH_SPEED,
+        paths::HEALTH_WORK,
+        paths::HEALTH_QUEUES,
+        paths::HEALTH_AUDIT,
+    ] {
+        assert!(entities.contains_key(path), "{path} is missing");
+    }
+    for axes in [
+        paths::PORTRAIT_AXES,
+        paths::EMBEDDING_AXES,
+        paths::SPECTRUM_AXES,
+        paths::SPECTROGRAM_AXES,
+        paths::RECURRENCE_AXES,
+    ] {
+        assert!(entities.contains_key(&paths::axis_lines(axes)), "{axes}");
+        assert!(entities.contains_key(&paths::axis_labels(axes)), "{axes}");
+    }
+    // Columns reach to within a window of the end, and the tiles with them.
+    let last = &entities[&paths::spectrogram_tile(39)];
+    assert!(last.range.unwrap().1 > (0.97 * duration * 1e9) as i64);
+}
+
+#[test]
+fn a_recording_says_what_made_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    record(&path, 0.005);
+    let (entities, _) = read(&path);
+    let run = entities
+        .iter()
+        .find(|(path, _)| path.contains("properties") && path.ends_with(paths::RUN_PROPERTY));
+    let (_, run) = run.expect("the run's properties");
+    for field in [
+        "scene",
+        "scene_text",
+        "command",
+        "squeakscope_version",
+        "rerun_version",
+    ] {
+        assert!(
+            run.components
+                .iter()
+                .any(|c| c.ends_with(&format!(":{field}"))),
+            "{field} in {:?}",
+            run.components
+        );
+    }
+}
+
+#[test]
+fn stated_rerun_version_is_the_one_linked() {
+    let linked = rerun::build_info().version.to_string();
+    assert_eq!(linked, super::RERUN_VERSION);
+}
+
+#[test]
+fn the_file_takes_its_name_only_when_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    std::fs::write(&path, "the old recording").unwrap();
+    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
+    for record in demo::records(0.005) {
+        sink.accept(record).unwrap();
+    }
+    assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
+    sink.finish().unwrap();
+    assert!(read(&path).0.contains_key(paths::VELOCITY));
+    assert!(!folder.path().join("run.rrd.part").exists());
+}
+
+#[test]
+fn a_failed_run_leaves_the_old_file_untouched() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    std::fs::write(&path, "the old recording").unwrap();
+    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
+    for record in demo::records(0.005) {
+        sink.accept(record).unwrap();
+    }
+    // The run fails: the pipeline drops the sink without finishing it.
+    drop(sink);
+    assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
+}
+
+#[test]
+fn places_that_cannot_be_written_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("no such folder").join("run.rrd");
+    for path in [missing, folder.path().to_owned(), PathBuf::from("/")] {
+        let error = RerunSink::new(&to_file(&path), demo::spec()).unwrap_err();
+        assert!(matches!(error, RecordError::Create { .. }), "{error:?}");
+        assert!(error.to_string().contains(&path.display().to_string()));
+    }
+    let error = RerunSink::new(&Output::default(), demo::spec()).unwrap_err();
+    assert!(matches!(error, RecordError::NoOutput));
+}
+
+#[test]
+fn a_missing_viewer_is_an_error_before_anything_is_written() {
+    // A port that was free a moment ago.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    drop(listener);
+    let folder = tempfile::tempdir().unwrap();
+    let url = |address: String| Output {
+        connect: Some(address),
+        ..to_file(folder.path().join("run.rrd"))
+    };
+    let nobody = url(format!("rerun+http://127.0.0.1:{port}/proxy"));
+    let error = RerunSink::new(&nobody, demo::spec()).unwrap_err();
+    assert!(matches!(error, RecordError::Viewer { .. }), "{error:?}");
+    let error = RerunSink::new(&url("not an address".to_owned()), demo::spec()).unwrap_err();
+    assert!(matches!(error, RecordError::Address { .. }), "{error:?}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_viewer_that_goes_away_does_not_cost_the_file() {
+    // Something that takes the connection and hangs up: not even a viewer.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let hang_up = std::thread::spawn(move || drop(listener.accept()));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let output = Output {
+        connect: Some(format!("rerun+http://{address}/proxy")),
+        ..to_file(&path)
+    };
+    let mut sink = RerunSink::new(&output, demo::spec()).unwrap();
+    hang_up.join().unwrap();
+    for record in demo::records(0.005) {
+        sink.accept(record).unwrap();
+    }
+    let error = sink.finish().unwrap_err();
+    assert!(sink.viewer_lost());
+    assert!(error.to_string().contains("saved whole"), "{error}");
+    assert_eq!(read(&path).0[paths::VELOCITY].rows, demo::samples(0.005));
+}
+
+#[test]
+fn records_need_a_header_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut sink = RerunSink::new(&to_file(folder.path().join("run.rrd")), demo::spec()).unwrap();
+    let error = sink.accept(Record::Health(Health::default())).unwrap_err();
+    assert!(error.to_string().contains("header"), "{error}");
+}
+
+#[test]
+fn saving_needs_everything() {
+    let folder = tempfile::tempdir().unwrap();
+    let sink = RerunSink::new(&to_file(folder.path().join("run.rrd")), demo::spec()).unwrap();
+    assert_eq!(sink.delivery(), Delivery::Everything);
+}
+
+#[test]
+fn hundred_milliseconds_stay_small() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let records = demo::records(0.1);
+    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
+    let start = Instant::now();
+    for record in records {
+        sink.accept(record).unwrap();
+    }
+    let encoding = start.elapsed();
+    sink.finish().unwrap();
+    let size = std::fs::metadata(&path).unwrap().len();
+    println!(
+        "{:.1} MB, {:.0} ms to encode, {:.0} ms in all",
+        1e-6 * size as f64,
+        1e3 * encoding.as_secs_f64(),
+        1e3 * start.elapsed().as_secs_f64()
+    );
+    assert!(size < 30_000_000, "{size} bytes");
+}
+
+/// Writes a longer made-up run for looking at: `SQUEAKSCOPE_DEMO=demo.rrd cargo test demo_file`.
+#[test]
+fn demo_file() {
+    if let Some(path) = std::env::var_os("SQUEAKSCOPE_DEMO") {
+        record(Path::new(&path), 0.3);
+    }
+}
+
+#[test]
+fn frames_of_one_tilt_log_their_nodes_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
+    let mut geometry = None;
+    let mut snapshots = 0;
+    for record in demo::records(0.01) {
+        let record = match record {
+            Record::Samples(frame) => {
+                let mut frame = (*frame).clone();
+                let shared = geometry.get_or_insert_with(|| Arc::clone(&frame.geometry));
+                frame.geometry = Arc::clone(shared);
+                snapshots += frame.patch.len();
+                Record::Samples(Arc::new(frame))
+            }
+            other => other,
+        };
+        sink.accept(record).unwrap();
+    }
+    sink.finish().unwrap();
+    assert_eq!(read(&path).0[paths::NODES].rows, snapshots + 1);
+}

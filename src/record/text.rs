@@ -1,0 +1,133 @@
+//! The words beside the pictures.
+
+use rerun::{RecordingStream, TextDocument, TextLog, TextLogLevel};
+
+use super::{RERUN_VERSION, error::RecordError, paths, stream};
+use crate::pipeline::message::{Header, Summary};
+
+/// How to read the screen.
+const READING: &str = "\
+| view | what it shows |
+|---|---|
+| **Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most |
+| **Contact patch** | where the ball bears on the socket: *blue* nodes slide, *orange* stick, *white* have lifted off; a disc grows with its pressure; pink arrows are friction; the yellow ring is the edge, the grey circles lie 2° apart |
+| **Phase portrait** | velocity against displacement: a closed loop is a pure tone, a woven band a torus, a tangle chaos |
+| **Recurrence plot** | bright where the motion comes back: unbroken diagonals mean a tone, broken ones chaos |
+| **Spectrum, spectrogram** | how strong each frequency is, now and since the start |
+
+Drag the cursor at the bottom, or press play: it runs a hundred times slower than life.
+";
+
+/// Properties of the recording: versions, scene, command.
+pub fn send_properties(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    rec.send_recording_name(header.scene.clone())?;
+    let fields = [
+        ("scene", header.scene.as_str()),
+        ("scene_text", header.scene_text.as_str()),
+        ("command", header.command.as_str()),
+        ("squeakscope_version", crate::VERSION),
+        ("rerun_version", RERUN_VERSION),
+    ];
+    let run = fields.into_iter().fold(
+        rerun::DynamicArchetype::new("squeakscope.Run"),
+        |run, (name, value)| {
+            run.with_component::<rerun::components::Text>(name, [value.to_owned()])
+        },
+    );
+    Ok(rec.send_property(paths::RUN_PROPERTY, &run)?)
+}
+
+/// What is known before the first frame.
+pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let modes: String = header
+        .modes
+        .iter()
+        .map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz))
+        .collect();
+    let about = format!(
+        "# {title}\n\n{about}\n\n## Reading the screen\n\n{READING}\n\
+         ## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
+         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n\
+         squeakscope {version}, Rerun {RERUN_VERSION}. Started as `{command}`.\n\n\
+         Model: J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, \
+         Lubricants 2022, 10, 201.\n",
+        title = header.title,
+        about = header.about,
+        scene = header.scene,
+        text = header.scene_text.trim_end(),
+        version = crate::VERSION,
+        command = header.command,
+    );
+    rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
+    let opening = "The run starts from a small kick.";
+    narrate(rec, header, 0.0, opening)
+}
+
+/// What is being seen now, below the scene's title.
+pub fn narrate(
+    rec: &RecordingStream,
+    header: &Header,
+    time: f64,
+    words: &str,
+) -> Result<(), RecordError> {
+    let text = format!(
+        "## {title}\n\n**Now, at {ms:.0} ms:** {words}\n\n---\n\n{about}\n\n\
+         *Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed:.1} mm/s. \
+         How to read the views: tab “About”.*\n\n`squeakscope {version}`",
+        title = header.title,
+        ms = 1e3 * time,
+        about = header.about,
+        ball = 2e3 * header.ball_radius,
+        load = super::style::short(header.load),
+        speed = 1e3 * header.sliding_speed,
+        version = crate::VERSION,
+    );
+    stream::log_at(
+        rec,
+        paths::NARRATION,
+        time,
+        &TextDocument::from_markdown(text),
+    )
+}
+
+/// A line of the log.
+pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
+    let line = TextLog::new(words).with_level(TextLogLevel::WARN);
+    stream::log_at(rec, paths::LOG, time, &line)
+}
+
+/// The last line of the log.
+pub fn summarise(rec: &RecordingStream, summary: &Summary) -> Result<(), RecordError> {
+    let lines: Vec<String> = summary
+        .peaks
+        .iter()
+        .take(4)
+        .map(|peak| format!("{:.2} kHz", 1e-3 * peak.frequency))
+        .collect();
+    let words = format!(
+        "{end} at {ms:.1} ms: {lines}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; \
+         {factor:.2} of real time; {steps} steps, {rejections} rejected, {calls} right-hand \
+         sides, {transitions} contact transitions; energy audit {audit:.1e}",
+        end = if summary.interrupted {
+            "Interrupted"
+        } else {
+            "Finished"
+        },
+        ms = 1e3 * summary.simulated,
+        lines = if lines.is_empty() {
+            "no line".to_owned()
+        } else {
+            lines.join(", ")
+        },
+        amplitude = 1e6 * summary.amplitude,
+        peak = 1e3 * summary.peak_velocity,
+        factor = summary.real_time_factor,
+        steps = summary.tally.steps,
+        rejections = summary.tally.rejections,
+        calls = summary.tally.calls,
+        transitions = summary.transitions,
+        audit = summary.audit,
+    );
+    let line = TextLog::new(words).with_level(TextLogLevel::INFO);
+    stream::log_at(rec, paths::LOG, summary.simulated, &line)
+}
