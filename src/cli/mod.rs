@@ -1,1 +1,58 @@
-//! The command line.
+//! The command line: arguments in, one command run, one exit code out.
+//!
+//! | exit code | meaning |
+//! |---|---|
+//! | 0 | done |
+//! | 1 | a fault while running |
+//! | 2 | bad input: arguments, a scene, an output that cannot be written |
+//! | 130 | interrupted by Ctrl-C; what was recorded until then is kept |
+//!
+//! Results go to the standard output, everything else (progress, warnings, errors) to the
+//! standard error. Each command that prints a result writes it with `--json FILE` too; the
+//! structures of [`report`] say what is in it.
+
+pub mod args;
+mod engine;
+mod error;
+mod interrupt;
+mod model;
+mod output;
+mod progress;
+pub mod report;
+mod run;
+mod scenes;
+mod stability;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command, RunArgs};
+
+pub use error::CliError;
+
+/// Runs the program: arguments from the environment, messages to the standard error.
+pub fn main() -> ExitCode {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        // Help and version come this way too, with exit code 0.
+        Err(error) => error.exit(),
+    };
+    match dispatch(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            report::print_error(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch(args: Args) -> Result<(), CliError> {
+    match args.command {
+        None => run::run(&RunArgs::default(), engine::simulate),
+        Some(Command::Run(args)) => run::run(&args, engine::simulate),
+        Some(Command::Scenes(args)) => scenes::scenes(&args),
+        Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
+        Some(Command::Model(args)) => model::model(&args, engine::model),
+    }
+}

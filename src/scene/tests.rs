@@ -62,13 +62,13 @@ fn every_default_is_valid() {
     let everything = "
         [body]\n[socket]\n[rotation]\n[contact]\n[start]\n[record]
         [analysis.spectrum]\n[analysis.spectrogram]
-        [analysis.recurrence]\nthreshold_um = 0.1
+        [analysis.recurrence]\nthreshold_um = 0.25
         [friction]\nmu_s = 0.5\nmu_d = 0.2
         [damping]\nratio = 0.001";
     let scene = Scene::parse("m", format!("{SMALLEST}{everything}")).expect("valid");
     assert!(scene.analysis.spectrum.is_some() && scene.analysis.spectrogram.is_some());
     let recurrence = scene.analysis.recurrence.expect("asked for");
-    assert_eq!(recurrence.threshold, RecurrenceThreshold::Distance(1e-7));
+    assert_eq!(recurrence.threshold, RecurrenceThreshold::Distance(2.5e-7));
     assert_eq!(scene.joint.damping, [0.001; 11]);
     assert_eq!(
         scene.joint.friction,

@@ -1,0 +1,272 @@
+//! The arguments as the user writes them.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args as Arguments, Parser, Subcommand};
+use thiserror::Error;
+
+/// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
+///
+/// Without a command, the scene `tilt-ramp` runs and is saved to `squeak.rrd`.
+#[derive(Debug, Parser)]
+#[command(name = "squeakscope", version)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a scene and record it.
+    Run(RunArgs),
+    /// List the scenes, or print one as TOML to start your own from.
+    Scenes(ScenesArgs),
+    /// Complex eigenvalues at steady sliding: which modes can squeak.
+    Stability(StabilityArgs),
+    /// Write all that Eq. (8) needs as NumPy arrays.
+    Model(ModelArgs),
+}
+
+/// Arguments of `squeakscope run`.
+#[derive(Debug, Default, Arguments)]
+pub struct RunArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Keep the tilt of the load constant at this angle, -90 to 90 degrees.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub tilt: Option<f64>,
+    /// Simulate this long, 0.1 to 100000 ms.
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub duration: Option<f64>,
+    /// Save the recording [default: squeak.rrd, if no other output is asked for].
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Write the samples as NumPy arrays t, q, qdot, u, v, tilt_deg.
+    #[arg(long, value_name = "FILE")]
+    pub npz: Option<PathBuf>,
+    /// Open a viewer on this machine and watch.
+    #[arg(long, conflicts_with = "connect")]
+    pub spawn: bool,
+    /// Watch in a viewer that is already open.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
+        value_parser = viewer_url)]
+    pub connect: Option<String>,
+    /// Write the summary as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Where a viewer listens unless told otherwise.
+pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
+
+/// Takes the URL of a viewer; its form is checked here so that a slip is found before any work.
+fn viewer_url(text: &str) -> Result<String, String> {
+    let known = ["rerun+http://", "rerun+https://", "rerun://"];
+    if known.iter().any(|scheme| text.starts_with(scheme)) {
+        Ok(text.to_owned())
+    } else {
+        Err(format!("a viewer's URL looks like {DEFAULT_URL}"))
+    }
+}
+
+/// Arguments of `squeakscope scenes`.
+#[derive(Debug, Default, Arguments)]
+pub struct ScenesArgs {
+    /// Print this scene (a name, or a file to be checked) as TOML.
+    pub name: Option<String>,
+    /// Print every key of a scene file: meaning, unit, allowed values, default.
+    #[arg(long, conflicts_with_all = ["name", "json"])]
+    pub keys: bool,
+    /// Write the list as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `squeakscope stability`.
+#[derive(Debug, Arguments)]
+pub struct StabilityArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Tilts in degrees: one, or from A to B (inclusive) in steps of STEP [default: the tilts at the scene's knots].
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
+    pub tilt: Option<TiltSweep>,
+    /// Write the eigenvalues as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `squeakscope model`.
+#[derive(Debug, Arguments)]
+pub struct ModelArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// The file to write.
+    #[arg(long, value_name = "FILE.npz")]
+    pub out: PathBuf,
+    /// Write what the model consists of as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Evenly spaced tilts, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltSweep {
+    from: f64,
+    step: f64,
+    steps: u32,
+}
+
+impl TiltSweep {
+    /// The most steps a sweep may have.
+    const MOST_STEPS: f64 = 10_000.0;
+
+    /// The tilts in degrees, in order.
+    pub fn tilts_deg(&self) -> impl Iterator<Item = f64> {
+        let Self { from, step, steps } = *self;
+        // A multiple of the step each, so that no rounding adds up along the sweep.
+        (0..=steps).map(move |k| from + f64::from(k) * step)
+    }
+}
+
+/// Why a text is no [`TiltSweep`].
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum TiltSweepError {
+    /// Neither one number nor three.
+    #[error("write one tilt, or A:B:STEP, such as 0:7:0.5")]
+    Form,
+    /// A part that is not a finite number.
+    #[error("`{0}` is not a number; write A:B:STEP, such as 0:7:0.5")]
+    NotANumber(String),
+    /// A tilt past the horizontal.
+    #[error("a tilt of {0} is out of range; it must be from -90 to 90 degrees")]
+    OutOfRange(f64),
+    /// A step that does not lead from A to B.
+    #[error("a step of {step} does not lead from {from} to {to}; give it the other sign, not 0")]
+    Direction {
+        /// First tilt, degrees.
+        from: f64,
+        /// Last tilt, degrees.
+        to: f64,
+        /// Step, degrees.
+        step: f64,
+    },
+    /// More steps than anyone would read.
+    #[error(
+        "a step of {step} makes more than {} tilts; make it larger",
+        TiltSweep::MOST_STEPS
+    )]
+    TooMany {
+        /// Step, degrees.
+        step: f64,
+    },
+}
+
+impl FromStr for TiltSweep {
+    type Err = TiltSweepError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parts = text
+            .split(':')
+            .map(|part| match part.trim().parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(number),
+                _ => Err(TiltSweepError::NotANumber(part.to_owned())),
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let (from, to, step) = match parts[..] {
+            [tilt] => (tilt, tilt, 1.0),
+            [from, to, step] => (from, to, step),
+            _ => return Err(TiltSweepError::Form),
+        };
+        for tilt in [from, to] {
+            if tilt.abs() > 90.0 {
+                return Err(TiltSweepError::OutOfRange(tilt));
+            }
+        }
+        // A hair more than the quotient, so that 0:0.3:0.1 ends at 0.3 in spite of rounding.
+        let steps = ((to - from) / step + 1e-9).floor();
+        if step == 0.0 || steps < 0.0 {
+            return Err(TiltSweepError::Direction { from, to, step });
+        }
+        if steps >= Self::MOST_STEPS {
+            return Err(TiltSweepError::TooMany { step });
+        }
+        Ok(Self {
+            from,
+            step,
+            steps: steps as u32,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn tilts(text: &str) -> Result<Vec<f64>, TiltSweepError> {
+        text.parse::<TiltSweep>()
+            .map(|sweep| sweep.tilts_deg().collect())
+    }
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn sweeps_include_their_end() {
+        assert_eq!(tilts("0:7:3.5"), Ok(vec![0.0, 3.5, 7.0]));
+        assert_eq!(tilts("3"), Ok(vec![3.0]));
+        assert_eq!(tilts("-1:1:2"), Ok(vec![-1.0, 1.0]));
+        assert_eq!(tilts("2:0:-1"), Ok(vec![2.0, 1.0, 0.0]));
+        assert_eq!(tilts("0:1:0.7"), Ok(vec![0.0, 0.7]));
+        assert_eq!(tilts("2:2:0.1"), Ok(vec![2.0]));
+        let tenths = tilts("0:0.3:0.1").expect("a sweep");
+        assert_eq!(tenths.len(), 4);
+        assert!((tenths[3] - 0.3).abs() < 1e-15);
+        assert_eq!(tilts("0:90:0.01").expect("a sweep").len(), 9001);
+    }
+
+    #[test]
+    fn bad_sweeps_say_why() {
+        assert_eq!(tilts("0:7"), Err(TiltSweepError::Form));
+        assert_eq!(tilts("0:7:1:1"), Err(TiltSweepError::Form));
+        for text in ["", "a:7:1", "0:nan:1", "0:7:inf", "0::1"] {
+            assert!(
+                matches!(tilts(text), Err(TiltSweepError::NotANumber(_))),
+                "{text}"
+            );
+        }
+        assert_eq!(tilts("0:91:1"), Err(TiltSweepError::OutOfRange(91.0)));
+        for text in ["0:7:0", "0:7:-1", "7:0:1", "0:0:0"] {
+            assert!(
+                matches!(tilts(text), Err(TiltSweepError::Direction { .. })),
+                "{text}"
+            );
+        }
+        assert!(matches!(
+            tilts("0:90:1e-9"),
+            Err(TiltSweepError::TooMany { .. })
+        ));
+    }
+
+    #[test]
+    fn runs_take_negative_tilts_and_a_viewer_without_address() {
+        let parse = |line: &str| Args::try_parse_from(line.split(' '));
+        let Ok(Args {
+            command: Some(Command::Run(run)),
+        }) = parse("squeakscope run torus-3deg --tilt -2.5 --connect --json out.json")
+        else {
+            panic!("these are the arguments of a run");
+        };
+        assert_eq!(run.tilt, Some(-2.5));
+        assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
+        assert_eq!(run.json, Some(PathBuf::from("out.json")));
+        assert!(parse("squeakscope run --spawn --connect").is_err());
+        assert!(parse("squeakscope stability --tilt -3:3:1").is_ok());
+        assert!(parse("squeakscope model").is_err());
+    }
+}

@@ -1,0 +1,46 @@
+//! What can go wrong on the command line, and the exit code it gives.
+
+use std::error::Error;
+
+use thiserror::Error;
+
+use super::output::OutputError;
+use crate::scene::SceneError;
+
+/// Any error of a layer below, kept as the source.
+pub(super) type Cause = Box<dyn Error + Send + Sync>;
+
+/// Why a command did not end well.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CliError {
+    /// The scene cannot be run.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A result cannot be written where it should go.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A fault while running.
+    #[error("the {doing} failed")]
+    Run {
+        /// What was being done: run, stability analysis, model.
+        doing: &'static str,
+        /// Why.
+        source: Cause,
+    },
+    /// Ctrl-C.
+    #[error("interrupted; what was recorded until then is kept")]
+    Interrupted,
+}
+
+impl CliError {
+    /// The exit code that it gives: 1 a fault while running, 2 bad input, 130 Ctrl-C.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scene(_) => 2,
+            Self::Output(error) if error.is_bad_input() => 2,
+            Self::Output(_) | Self::Run { .. } => 1,
+            Self::Interrupted => 130,
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Ctrl-C: asks the run to end at the next frame; asked again, ends the program at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::error::Cause;
+
+/// Catches Ctrl-C from now on; the flag turns true when it comes.
+///
+/// # Errors
+/// When the operating system refuses a handler.
+pub(super) fn catch() -> Result<Arc<AtomicBool>, Cause> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&flag);
+    ctrlc::set_handler(move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })?;
+    Ok(flag)
+}

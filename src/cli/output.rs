@@ -1,0 +1,262 @@
+//! Files to be written: checked before any work, replaced only by a whole new one.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+/// A file that can be written, as far as can be told beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFile {
+    path: PathBuf,
+}
+
+/// Why a file cannot be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The path is that of a directory, a device or the like.
+    #[error("cannot write `{path}` ({option}): it is not a regular file; give the path of a file")]
+    NotAFile {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+    },
+    /// Two outputs have the same path.
+    #[error("`{path}` is asked for twice ({option}, {other}); give each output a path of its own")]
+    Twice {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+        /// The other option that asked for it.
+        other: &'static str,
+    },
+    /// The directory does not exist or cannot be written to.
+    #[error(
+        "cannot write `{path}` ({option}): no file can be made in its directory; create the directory or choose another"
+    )]
+    NotWritable {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+        /// Why not.
+        source: io::Error,
+    },
+    /// Writing failed although it seemed possible.
+    #[error("writing `{path}` failed; what was there before is unchanged")]
+    Failed {
+        /// The path asked for.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl OutputError {
+    /// Whether the user asked for something impossible, rather than something failing later.
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Failed { .. })
+    }
+}
+
+impl OutputFile {
+    /// Checks that a file can be made at a path, without touching what is there. `option` is
+    /// what asked for it, for messages.
+    ///
+    /// # Errors
+    /// When it is a directory or a device, or no file can be made in its directory.
+    pub fn check(path: &Path, option: &'static str) -> Result<Self, OutputError> {
+        // Through a link, what is replaced is the file it leads to.
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
+        if !is_file_name || fs::metadata(&target).is_ok_and(|there| !there.is_file()) {
+            return Err(OutputError::NotAFile {
+                path: path.to_owned(),
+                option,
+            });
+        }
+        let file = Self { path: target };
+        file.temporary()
+            .map_err(|source| OutputError::NotWritable {
+                path: path.to_owned(),
+                option,
+                source,
+            })?;
+        Ok(file)
+    }
+
+    /// The path, links resolved.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The size of the file, once written, bytes.
+    ///
+    /// # Errors
+    /// When it is not there.
+    pub fn size(&self) -> Result<u64, OutputError> {
+        let there = fs::metadata(&self.path).map_err(|source| OutputError::Failed {
+            path: self.path.clone(),
+            source,
+        })?;
+        Ok(there.len())
+    }
+
+    /// Writes the file beside its path, then renames it: there is never half a file.
+    ///
+    /// # Errors
+    /// When writing or renaming fails; what was there before is then unchanged.
+    pub fn write(
+        &self,
+        content: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let failed = |source| OutputError::Failed {
+            path: self.path.clone(),
+            source,
+        };
+        let mut temporary = self.temporary().map_err(failed)?;
+        let mut buffer = BufWriter::new(&mut temporary);
+        content(&mut buffer)
+            .and_then(|()| buffer.flush())
+            .map_err(failed)?;
+        drop(buffer);
+        temporary
+            .persist(&self.path)
+            .map_err(|error| failed(error.error))?;
+        Ok(())
+    }
+
+    /// A file beside the path, gone when dropped.
+    fn temporary(&self) -> io::Result<NamedTempFile> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".squeakscope-");
+        // Temporary files are private by default; a result is as readable as any other file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        match self.path.parent() {
+            Some(parent) if parent != Path::new("") => builder.tempfile_in(parent),
+            _ => builder.tempfile_in("."),
+        }
+    }
+}
+
+/// Whether a path is written like a directory's.
+fn ends_in_separator(path: &Path) -> bool {
+    path.as_os_str()
+        .to_string_lossy()
+        .ends_with(std::path::is_separator)
+}
+
+/// Checks all outputs of a command: each by itself, and that no two are the same.
+///
+/// # Errors
+/// The first that cannot be written, or is asked for twice.
+pub fn check_all<const N: usize>(
+    wanted: [(&'static str, Option<&Path>); N],
+) -> Result<[Option<OutputFile>; N], OutputError> {
+    let mut files: [Option<OutputFile>; N] = [const { None }; N];
+    for k in 0..N {
+        let (option, Some(path)) = wanted[k] else {
+            continue;
+        };
+        let file = OutputFile::check(path, option)?;
+        let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
+        if let Some(j) = same {
+            return Err(OutputError::Twice {
+                path: path.to_owned(),
+                option,
+                other: wanted[j].0,
+            });
+        }
+        files[k] = Some(file);
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> usize {
+        fs::read_dir(folder).expect("a folder").count()
+    }
+
+    #[test]
+    fn checking_touches_nothing_and_writing_replaces_whole_files() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("out.json");
+        let file = OutputFile::check(&path, "--json").expect("writable");
+        assert_eq!(names_in(folder.path()), 0);
+        file.write(|out| out.write_all(b"first")).expect("written");
+        let failed = file.write(|out| {
+            out.write_all(b"half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(!failed.expect_err("failed").is_bad_input());
+        assert_eq!(fs::read(&path).expect("there"), b"first");
+        file.write(|out| out.write_all(b"second")).expect("written");
+        assert_eq!(fs::read(&path).expect("there"), b"second");
+        assert_eq!(names_in(folder.path()), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_a_file_is_refused() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let check = |path: &Path| OutputFile::check(path, "--save");
+        assert!(matches!(
+            check(folder.path()),
+            Err(OutputError::NotAFile { .. })
+        ));
+        for path in ["absent/", ".."] {
+            let path = folder.path().join(path);
+            assert!(matches!(check(&path), Err(OutputError::NotAFile { .. })));
+        }
+        assert!(matches!(
+            check(Path::new("")),
+            Err(OutputError::NotAFile { .. })
+        ));
+        let lost = check(&folder.path().join("absent/out.rrd")).expect_err("no such folder");
+        assert!(matches!(lost, OutputError::NotWritable { .. }));
+        assert!(lost.is_bad_input());
+        assert!(lost.to_string().contains("(--save)"));
+        #[cfg(unix)]
+        assert!(matches!(
+            check(Path::new("/dev/null")),
+            Err(OutputError::NotAFile { .. })
+        ));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_its_file_is_replaced() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").expect("written");
+        std::os::unix::fs::symlink(&file, &link).expect("linked");
+        let output = OutputFile::check(&link, "--json").expect("writable");
+        output.write(|out| out.write_all(b"new")).expect("written");
+        assert_eq!(fs::read(&file).expect("there"), b"new");
+        assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
+    }
+
+    #[test]
+    fn two_outputs_cannot_share_a_path() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("out");
+        let twice = check_all([
+            ("--save", Some(&*path)),
+            ("--npz", None),
+            ("--json", Some(&*path)),
+        ]);
+        let message = twice.expect_err("refused").to_string();
+        assert!(
+            message.contains("asked for twice (--json, --save)"),
+            "{message}"
+        );
+    }
+}

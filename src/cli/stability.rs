@@ -1,0 +1,97 @@
+//! `squeakscope stability`: which modes can squeak, by complex eigenvalues at steady sliding.
+
+use super::args::StabilityArgs;
+use super::error::{Cause, CliError};
+use super::output::check_all;
+use super::report::{self, ModeReport, StabilityReport, TiltReport};
+use crate::VERSION;
+use crate::scene::{DEFAULT_SCENE, Scene, SceneError};
+
+/// Runs the command; `analyse` gives the modes of a scene's joint at each of the tilts (rad).
+///
+/// # Errors
+/// Bad input before any work; a fault of the analysis.
+pub(super) fn stability(
+    args: &StabilityArgs,
+    analyse: impl FnOnce(&Scene, &[f64]) -> Result<Vec<Vec<ModeReport>>, Cause>,
+) -> Result<(), CliError> {
+    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    report::print_warnings(&scene.warnings());
+    let tilts_deg = match &args.tilt {
+        Some(sweep) => sweep.tilts_deg().collect(),
+        None => tilts_of(&scene),
+    };
+    let tilts = tilts_deg.iter().map(|&tilt_deg| {
+        let there = scene.clone().with_tilt(tilt_deg)?;
+        Ok(there.tilt.at(0.0))
+    });
+    let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
+    let [json] = check_all([("--json", args.json.as_deref())])?;
+    let modes = analyse(&scene, &tilts).map_err(|source| CliError::Run {
+        doing: "stability analysis",
+        source,
+    })?;
+    let report = StabilityReport {
+        version: VERSION,
+        scene: scene.name,
+        tilts: tilts_deg
+            .into_iter()
+            .zip(modes)
+            .map(|(tilt_deg, modes)| TiltReport { tilt_deg, modes })
+            .collect(),
+    };
+    Ok(report::deliver(&report, json.as_ref())?)
+}
+
+/// The tilts at a scene's knots in degrees, each once, in order.
+fn tilts_of(scene: &Scene) -> Vec<f64> {
+    let knots = scene.tilt.knots().iter();
+    // From radians back to the decimal that the file says.
+    let mut tilts: Vec<_> = knots
+        .map(|knot| (knot.1.to_degrees() * 1e9).round() / 1e9)
+        .collect();
+    tilts.sort_by(f64::total_cmp);
+    tilts.dedup();
+    tilts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_tilt_has_its_modes() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let json = folder.path().join("out.json");
+        let args = StabilityArgs {
+            scene: Some("periodic-2deg".to_owned()),
+            tilt: Some("0:7:3.5".parse().expect("a sweep")),
+            json: Some(json.clone()),
+        };
+        let frequency_tells_tilt = |_: &Scene, tilts: &[f64]| -> Result<_, Cause> {
+            let modes = tilts.iter().map(|tilt| {
+                vec![ModeReport {
+                    frequency_hz: tilt.to_degrees().round(),
+                    growth_per_s: 1.0,
+                    label: "1st bending x".to_owned(),
+                    unstable: true,
+                }]
+            });
+            Ok(modes.collect())
+        };
+        stability(&args, frequency_tells_tilt).expect("done");
+        let text = std::fs::read(json).expect("written");
+        let report: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        let tilts = report["tilts"].as_array().expect("a list");
+        assert_eq!(tilts.len(), 3);
+        assert_eq!(tilts[1]["tilt_deg"], 3.5);
+        assert_eq!(tilts[2]["modes"][0]["frequency_hz"], 7.0);
+    }
+
+    #[test]
+    fn without_a_sweep_the_knots_are_taken() {
+        let tilts = |name| tilts_of(&Scene::load(name).expect("preset"));
+        assert_eq!(tilts("torus-3deg"), [3.0]);
+        assert_eq!(tilts("tilt-ramp"), [0.0, 6.0]);
+    }
+}

@@ -1,0 +1,4 @@
+//! Integration tests, by promise. One binary, so that it is linked once.
+
+#[cfg(feature = "cli")]
+mod cli;
