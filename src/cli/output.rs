@@ -1,11 +1,12 @@
 //! Files to be written: checked before any work, replaced only by a whole new one.
 
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
 use thiserror::Error;
+
+use crate::export::{replace_file, temporary_beside};
 
 /// A file that can be written, as far as can be told beforehand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,7 +82,7 @@ impl OutputFile {
             });
         }
         let file = Self { path: target };
-        file.temporary()
+        temporary_beside(&file.path)
             .map_err(|source| OutputError::NotWritable {
                 path: path.to_owned(),
                 option,
@@ -113,35 +114,12 @@ impl OutputFile {
     /// When writing or renaming fails; what was there before is then unchanged.
     pub fn write(
         &self,
-        content: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> io::Result<()>,
+        content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
     ) -> Result<(), OutputError> {
-        let failed = |source| OutputError::Failed {
-            path: self.path.clone(),
-            source,
-        };
-        let mut temporary = self.temporary().map_err(failed)?;
-        let mut buffer = BufWriter::new(&mut temporary);
-        content(&mut buffer)
-            .and_then(|()| buffer.flush())
-            .map_err(failed)?;
-        drop(buffer);
-        temporary
-            .persist(&self.path)
-            .map_err(|error| failed(error.error))?;
-        Ok(())
-    }
-
-    /// A file beside the path, gone when dropped.
-    fn temporary(&self) -> io::Result<NamedTempFile> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".squeakscope-");
-        // Temporary files are private by default; a result is as readable as any other file.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        match self.path.parent() {
-            Some(parent) if parent != Path::new("") => builder.tempfile_in(parent),
-            _ => builder.tempfile_in("."),
-        }
+        replace_file(&self.path, content).map_err(|fault| OutputError::Failed {
+            path: fault.path,
+            source: fault.source,
+        })
     }
 }
 
@@ -180,6 +158,8 @@ pub fn check_all<const N: usize>(
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
     fn names_in(folder: &Path) -> usize {

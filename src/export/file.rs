@@ -25,21 +25,9 @@ pub fn replace_file(
 ) -> Result<(), OutputError> {
     let attempt = || {
         if path.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+            return Err(io::ErrorKind::IsADirectory.into());
         }
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        #[cfg(unix)]
-        {
-            // As a plain `File::create` would: the user's umask decides, not the temporary file's
-            // private mode.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.prefix(".squeakscope-").tempfile_in(folder)?;
+        let file = temporary_beside(path)?;
         let mut writer = BufWriter::new(file.as_file());
         write(&mut writer)?;
         writer.flush()?;
@@ -48,6 +36,22 @@ pub fn replace_file(
         Ok(())
     };
     attempt().map_err(|source| OutputError { path: path.to_owned(), source })
+}
+
+/// A new file in the folder of `path`, gone when dropped; as readable as any other file.
+///
+/// # Errors
+/// If no file can be made there.
+pub fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    // Temporary files are private by default; here the user's umask decides.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.prefix(".squeakscope-").tempfile_in(folder)
 }
 
 #[cfg(test)]

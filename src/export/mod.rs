@@ -7,7 +7,7 @@ mod model;
 mod npz;
 mod samples;
 
-pub use file::{OutputError, replace_file};
-pub use model::{MODEL_VERSION, ModelArrays, read_model, write_model};
-pub use npz::{Array, read_npz, write_npz};
+pub use file::{OutputError, replace_file, temporary_beside};
+pub use model::{MODEL_VERSION, ModelArrays, encode_model, read_model, write_model};
+pub use npz::{Array, encode_npz, read_npz, write_npz};
 pub use samples::SamplesSink;

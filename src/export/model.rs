@@ -1,10 +1,10 @@
 //! The contact model as arrays, for any other program.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Seek, Write};
 use std::path::Path;
 
-use super::{Array, OutputError, read_npz, write_npz};
+use super::{Array, OutputError, encode_npz, read_npz, replace_file};
 use crate::joint::{Friction, Joint, Model};
 
 /// Version of the layout; it rises when an array changes its meaning.
@@ -65,8 +65,16 @@ fn flat(vectors: &[[f64; 3]]) -> Array {
 /// Writes a model file.
 ///
 /// # Errors
-/// If the file cannot be written.
+/// If the file cannot be written; an older one of that name is then untouched.
 pub fn write_model(path: &Path, arrays: &ModelArrays) -> Result<(), OutputError> {
+    replace_file(path, |file| encode_model(file, arrays))
+}
+
+/// Writes the bytes of a model file.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<()> {
     let model = &arrays.model;
     let (n, m) = (model.nodes(), model.modes());
     // (n, m, 3) in memory, (n, 3, m) in the file: rows that multiply q.
@@ -85,8 +93,8 @@ pub fn write_model(path: &Path, arrays: &ModelArrays) -> Result<(), OutputError>
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
     let flag = |on: bool| Array::number(f64::from(u8::from(on)));
-    write_npz(
-        path,
+    encode_npz(
+        out,
         &[
             ("version", Array::number(MODEL_VERSION)),
             ("positions", flat(&model.positions)),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Seek, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
@@ -38,31 +38,33 @@ impl Array {
     }
 }
 
-/// Writes arrays under their names. The same arrays give the same bytes.
+/// Writes arrays under their names to a file. The same arrays give the same bytes.
 ///
 /// # Errors
 /// If the file cannot be written; an older one of that name is then untouched.
 pub fn write_npz(path: &Path, arrays: &[(&str, Array)]) -> Result<(), OutputError> {
-    replace_file(path, |file| {
-        // A zip archive is written with seeks, which go past a buffered writer's own.
-        let mut zip = ZipWriter::new(file);
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .large_file(true);
-        for (name, array) in arrays {
-            zip.start_file(format!("{name}.npy"), options)?;
-            let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
-            let mut writer = npyz::WriteOptions::new()
-                .default_dtype()
-                .shape(&shape)
-                .writer(&mut zip)
-                .begin_nd()?;
-            writer.extend(array.values.iter())?;
-            writer.finish()?;
-        }
-        zip.finish()?;
-        Ok(())
-    })
+    replace_file(path, |file| encode_npz(file, arrays))
+}
+
+/// Writes arrays under their names.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn encode_npz(out: impl Write + Seek, arrays: &[(&str, Array)]) -> io::Result<()> {
+    let mut zip = ZipWriter::new(out);
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(true);
+    for (name, array) in arrays {
+        zip.start_file(format!("{name}.npy"), options)?;
+        let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
+        let mut writer =
+            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut zip).begin_nd()?;
+        writer.extend(array.values.iter())?;
+        writer.finish()?;
+    }
+    zip.finish()?;
+    Ok(())
 }
 
 /// Reads all arrays of an `.npz` file of doubles.

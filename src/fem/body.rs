@@ -39,9 +39,18 @@ pub struct BodyMode {
 impl BodyMode {
     /// For people: "2nd bending x", "1st torsion", "1st axial".
     pub fn label(&self) -> String {
+        let plane = match self.kind {
+            ModeKind::BendingX => " x",
+            ModeKind::BendingY => " y",
+            ModeKind::Torsion | ModeKind::Axial => "",
+        };
+        self.family_label() + plane
+    }
+
+    /// The label without the plane, the same for both members of a bending pair: "2nd bending".
+    pub fn family_label(&self) -> String {
         let family = match self.kind {
-            ModeKind::BendingX => "bending x",
-            ModeKind::BendingY => "bending y",
+            ModeKind::BendingX | ModeKind::BendingY => "bending",
             ModeKind::Torsion => "torsion",
             ModeKind::Axial => "axial",
         };

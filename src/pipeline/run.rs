@@ -1,7 +1,7 @@
 //! The threads: simulate -> analyse -> record, with bounded channels between them.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Scope, ScopedJoinHandle};
 use std::time::Instant;
 
@@ -19,32 +19,26 @@ const FRAMES_WAITING: usize = 8;
 /// Records that may wait between analysis and recorder.
 const RECORDS_WAITING: usize = 64;
 
-/// Seen from outside while a run goes on: how far it is, and a way to stop it.
-#[derive(Debug, Default)]
-pub struct Monitor {
-    stop: AtomicBool,
-    /// Bits of the simulated time, s.
-    time: AtomicU64,
+/// A run as seen from outside: told how far it is, and able to stop it.
+#[derive(Clone, Copy)]
+pub struct Monitor<'a> {
+    /// Set to stop the run at the next frame's border; what was simulated is recorded.
+    pub stop: &'a AtomicBool,
+    /// Told the simulated time (s) after each frame, from the simulation's thread.
+    pub progress: &'a (dyn Fn(f64) + Sync),
 }
 
-impl Monitor {
-    /// Asks the run to stop at the next frame's border. What was simulated is recorded.
-    pub fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
+impl Default for Monitor<'_> {
+    /// Nobody watches, nobody stops.
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { stop: &NEVER, progress: &|_| () }
     }
+}
 
-    /// Whether a stop was asked for.
-    pub fn stopping(&self) -> bool {
+impl Monitor<'_> {
+    fn stopping(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
-    }
-
-    /// Simulated time so far, s.
-    pub fn time(&self) -> f64 {
-        f64::from_bits(self.time.load(Ordering::Relaxed))
-    }
-
-    fn advance(&self, time: f64) {
-        self.time.store(time.to_bits(), Ordering::Relaxed);
     }
 }
 
@@ -59,7 +53,7 @@ pub fn run(
     scene: &Scene,
     command: &str,
     sink: &mut dyn Sink,
-    monitor: &Monitor,
+    monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
     let began = Instant::now();
     let simulation = Simulation::new(scene)?;
@@ -83,7 +77,7 @@ pub fn run(
     });
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
-        summary.interrupted = monitor.stopping();
+        summary.interrupted = summary.simulated < 0.999 * scene.duration;
         sink.accept(Record::Summary(Arc::new(summary.clone()))).map_err(PipelineError::Sink)?;
         sink.finish().map_err(PipelineError::Sink)?;
         Ok(summary)
@@ -97,7 +91,7 @@ pub fn run(
 fn simulate(
     mut simulation: Simulation,
     frames: Sender<Frame>,
-    monitor: &Monitor,
+    monitor: Monitor<'_>,
 ) -> Result<(), PipelineError> {
     while !monitor.stopping() {
         let Some(frame) = simulation.next_frame()? else { break };
@@ -106,7 +100,7 @@ fn simulate(
             // The analysis has stopped; its own error says why.
             break;
         }
-        monitor.advance(end);
+        (monitor.progress)(end);
     }
     Ok(())
 }

@@ -156,7 +156,7 @@ keys! {
     DENSITY: Number = "body.density_kg_m3", Default("7800"),
         number(KilogramPerCubicMetre, Range::Closed(10.0, 30_000.0));
     /// Edge length of the finite elements.
-    ELEMENT_SIZE: Number = "body.element_size_mm", Default("4.0"),
+    ELEMENT_SIZE: Number = "body.element_size_mm", Default("16.0"),
         number(Millimetre, Range::Closed(0.1, 100.0));
     /// Natural frequencies: the seven of Fig. 2 of the paper, or the finite-element model's own.
     FREQUENCIES: Choice<Frequencies> = "body.frequencies", Default("\"published\""),

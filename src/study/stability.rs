@@ -1,7 +1,5 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
-use serde::Serialize;
-
 use crate::joint::{AssemblyError, BallJoint, LinearMode, StabilityError};
 
 /// Why a study failed.
@@ -21,10 +19,10 @@ pub enum StudyError {
 }
 
 /// The linear modes at one tilt.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StabilityAt {
-    /// Tilt of the load, degrees.
-    pub tilt_deg: f64,
+    /// Tilt of the load, rad.
+    pub tilt: f64,
     /// The modes by ascending frequency.
     pub modes: Vec<StabilityMode>,
 }
@@ -37,32 +35,32 @@ impl StabilityAt {
 }
 
 /// One mode of the linearised joint.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StabilityMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Growth rate, 1/s; positive means that steady sliding is unstable.
-    pub growth_per_s: f64,
+    pub growth: f64,
     /// Which mode of ball and beam it is, such as `2nd bending`.
     pub label: String,
     /// Whether it grows.
     pub unstable: bool,
 }
 
-/// Complex eigenvalues of a joint at each of some tilts (degrees).
+/// Complex eigenvalues of a joint at each of some tilts (rad).
 ///
 /// # Errors
 /// If the joint cannot be assembled at a tilt, or its eigenvalues not be found.
-pub fn stability(ball: &BallJoint, tilts_deg: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
-    tilts_deg
+pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
+    tilts
         .iter()
-        .map(|&tilt_deg| {
-            let joint = ball.joint(tilt_deg.to_radians())?;
+        .map(|&tilt| {
+            let joint = ball.joint(tilt)?;
             let modes = joint
                 .linear_modes()
-                .map_err(|source| StudyError::Eigenvalues { tilt_deg, source })?;
+                .map_err(|source| StudyError::Eigenvalues { tilt_deg: tilt.to_degrees(), source })?;
             let modes = modes.iter().map(|mode| describe(ball, mode)).collect();
-            Ok(StabilityAt { tilt_deg, modes })
+            Ok(StabilityAt { tilt, modes })
         })
         .collect()
 }
@@ -81,7 +79,7 @@ fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {
         .unwrap_or_default();
     StabilityMode {
         frequency_hz: mode.frequency_hz,
-        growth_per_s: mode.growth,
+        growth: mode.growth,
         label,
         unstable: mode.unstable(),
     }

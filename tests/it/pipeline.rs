@@ -1,5 +1,7 @@
 //! The road: order, back-pressure, repeatability, stops and faults.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use squeakscope::pipeline::message::Record;
 use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::Scene;
@@ -10,7 +12,7 @@ fn short() -> Scene {
 
 fn records(scene: &Scene) -> Vec<Record> {
     let mut sink = Vec::new();
-    run(scene, "test", &mut sink, &Monitor::default()).unwrap();
+    run(scene, "test", &mut sink, Monitor::default()).unwrap();
     sink
 }
 
@@ -74,20 +76,21 @@ fn energy_is_audited() {
 /// Stops at a frame's border, keeps what was there, and says so.
 #[test]
 fn a_stop_is_clean() {
-    struct StopAt<'a>(usize, &'a Monitor, Vec<Record>);
+    struct StopAt<'a>(usize, &'a AtomicBool, Vec<Record>);
     impl Sink for StopAt<'_> {
         fn accept(&mut self, record: Record) -> Result<(), SinkError> {
             self.2.push(record);
             if self.2.len() == self.0 {
-                self.1.stop();
+                self.1.store(true, Ordering::Relaxed);
             }
             Ok(())
         }
     }
-    let monitor = Monitor::default();
-    let mut sink = StopAt(5, &monitor, vec![]);
+    let stop = AtomicBool::new(false);
+    let mut sink = StopAt(5, &stop, vec![]);
+    let monitor = Monitor { stop: &stop, ..Monitor::default() };
     let scene = Scene::load("torus-3deg").unwrap();
-    let summary = run(&scene, "test", &mut sink, &monitor).unwrap();
+    let summary = run(&scene, "test", &mut sink, monitor).unwrap();
     assert!(summary.interrupted && summary.simulated < 0.1 * scene.duration);
     assert!(matches!(sink.2.last(), Some(Record::Summary(_))));
 }
@@ -116,7 +119,7 @@ fn a_failing_sink_is_the_run_s_error() {
     }
     let mut sink = Full::default();
     let scene = Scene::load("torus-3deg").unwrap();
-    let fault = run(&scene, "test", &mut sink, &Monitor::default()).unwrap_err();
+    let fault = run(&scene, "test", &mut sink, Monitor::default()).unwrap_err();
     let PipelineError::Sink(source) = fault else { panic!("{fault:?}") };
     assert_eq!(source.to_string(), "the disk is full");
     assert!(sink.abandoned && !sink.finished);

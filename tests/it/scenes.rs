@@ -20,7 +20,7 @@ struct Spectrum {
 
 fn watch(scene: &Scene) -> Seen {
     let mut records = Vec::new();
-    let summary = run(scene, "test", &mut records, &Monitor::default()).unwrap();
+    let summary = run(scene, "test", &mut records, Monitor::default()).unwrap();
     let spectra = records
         .iter()
         .filter_map(|record| match record {
