@@ -130,6 +130,16 @@ impl Flow {
         }
     }
 
+    /// Takes over another flow of as many modes.
+    fn copy_from(&mut self, other: &Self) {
+        self.qq.copy_from_slice(&other.qq);
+        self.qv.copy_from_slice(&other.qv);
+        self.vq.copy_from_slice(&other.vq);
+        self.vv.copy_from_slice(&other.vv);
+        self.back_q.copy_from_slice(&other.back_q);
+        self.back_v.copy_from_slice(&other.back_v);
+    }
+
     /// Applies `exp(t L)` to `[q | q' | ..]`.
     fn forward(&self, y: &mut [f64]) {
         let modes = self.qq.len();
@@ -226,7 +236,7 @@ impl Picture for Interaction {
         for stage in 1..nodes.len() {
             let (before, from) = self.stages.split_at_mut(stage);
             if nodes[stage] == nodes[stage - 1] {
-                from[0].clone_from(&before[stage - 1]);
+                from[0].copy_from(&before[stage - 1]);
             } else {
                 from[0].set(&self.spectrum, nodes[stage] * h, &mut self.angles);
             }

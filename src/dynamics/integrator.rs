@@ -63,6 +63,10 @@ impl Method {
 
 /// The methods' workspaces: a tableau in a picture each.
 #[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a run has one integrator: its size does not matter"
+)]
 enum Engine {
     Lawson54(Stepper<Interaction, 7>),
     Tsit54(Stepper<Direct, 7>),

@@ -27,7 +27,6 @@ fn the_springs_do_open_and_close() {
             closed[n] = now;
         }
     }
-    println!("{changes:?}");
     assert!(changes.iter().all(|&c| c > 10), "{changes:?}");
 }
 
@@ -39,7 +38,6 @@ fn all_methods_converge_to_the_event_located_reference() {
         for (k, method) in all_methods(relative, 0.5, step).into_iter().enumerate() {
             let integrator = run(method, &Unilateral, &Unilateral::START, END);
             let error = distance(&integrator.state()[..6], &exact);
-            println!("{method:?} {error:e} {:?}", integrator.tally());
             assert!(
                 error < 0.5 * before[k],
                 "{method:?}: {error:e} after {:e}",
@@ -62,7 +60,6 @@ fn the_work_of_the_springs_is_the_energy_gained() {
         for method in &all_methods(relative, 0.5, 1e-3)[..2] {
             let integrator = run(*method, &Unilateral, &Unilateral::START, END);
             let gained = energy(integrator.state()) - energy(&Unilateral::START);
-            println!("{method:?} {:e}", integrator.state()[6] - gained);
             assert!(
                 (integrator.state()[6] - gained).abs() < 100.0 * relative,
                 "{method:?}"
@@ -102,7 +99,6 @@ fn dry_friction_jumps_are_stepped_through() {
     };
     for method in &all_methods(1e-8, 0.5, 1e-3)[..2] {
         let integrator = run(*method, &dry, &[1.0, 0.0], 10.0 * std::f64::consts::PI);
-        println!("{:?} {:?}", integrator.state(), integrator.tally());
         assert!(
             distance(integrator.state(), &[1.0 - 20.0 * friction, 0.0]) < 1e-6,
             "{:?}",

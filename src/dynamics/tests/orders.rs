@@ -35,15 +35,12 @@ fn the_global_error_falls_at_the_methods_orders() {
     let (z0, t) = (Duffing::START, 6.0);
     let exact = extrapolated(&Duffing, &z0, t, 60);
     let finer = extrapolated(&Duffing, &z0, t, 90);
-    assert!(
-        distance(&exact, &finer) < 1e-13,
-        "the reference has not converged"
-    );
-    let lawson = [200, 400].map(|n| {
+    let doubt = distance(&exact, &finer);
+    let lawson = [120, 240].map(|n| {
         let stepper = Stepper::new(&TSIT54, Interaction::new(&Duffing, 7), 7);
         distance(&equal_steps(stepper, &Duffing, &z0, t, n).end, &exact)
     });
-    let tsit = [200, 400].map(|n| {
+    let tsit = [120, 240].map(|n| {
         distance(
             &equal_steps(Stepper::new(&TSIT54, Direct, 7), &Duffing, &z0, t, n).end,
             &exact,
@@ -55,7 +52,11 @@ fn the_global_error_falls_at_the_methods_orders() {
             &exact,
         )
     });
-    println!("{lawson:?} {tsit:?} {rk4:?}");
+    let least = lawson[1].min(tsit[1]).min(rk4[1]);
+    assert!(
+        doubt < 0.01 * least,
+        "the reference must be far better: {doubt:e} against {least:e}"
+    );
     assert!((4.7..5.5).contains(&order(lawson)), "{lawson:?}");
     assert!((4.7..5.5).contains(&order(tsit)), "{tsit:?}");
     assert!((3.8..4.3).contains(&order(rk4)), "{rk4:?}");
@@ -71,13 +72,12 @@ fn first_order_systems_are_integrated_at_the_methods_orders() {
             &exact,
         )
     });
-    let rk4 = [200, 400].map(|n| {
+    let rk4 = [800, 1600].map(|n| {
         distance(
             &equal_steps(Stepper::new(&RK4, Direct, 3), &Lorenz, &z0, t, n).end,
             &exact,
         )
     });
-    println!("{tsit:?} {rk4:?}");
     assert!((4.6..5.6).contains(&order(tsit)), "{tsit:?}");
     assert!((3.7..4.4).contains(&order(rk4)), "{rk4:?}");
 }
@@ -123,7 +123,6 @@ fn the_dense_outputs_local_error_is_one_order_above_its_order() {
     });
     let tsit = steps.map(|h| dense_error(Stepper::new(&TSIT54, Direct, 7), &Duffing, &z0, h));
     let rk4 = steps.map(|h| dense_error(Stepper::new(&RK4, Direct, 7), &Duffing, &z0, h));
-    println!("{lawson:?} {tsit:?} {rk4:?}");
     assert!((4.7..5.4).contains(&order(lawson)), "{lawson:?}");
     assert!((4.7..5.4).contains(&order(tsit)), "{tsit:?}");
     assert!((3.7..4.3).contains(&order(rk4)), "{rk4:?}");
@@ -183,13 +182,6 @@ fn lawson_needs_far_fewer_calls_where_the_force_is_weak() {
         run(tsit, &weak, &[1.0, 0.0], 30.0),
     );
     let exact = extrapolated(&weak, &[1.0, 0.0], 30.0, 1000);
-    println!(
-        "{:?} {:?} {:e} {:e}",
-        lawson.tally(),
-        tsit.tally(),
-        distance(lawson.state(), &exact),
-        distance(tsit.state(), &exact)
-    );
     assert!(2 * lawson.tally().calls < tsit.tally().calls);
     assert!(distance(lawson.state(), &exact) <= distance(tsit.state(), &exact));
 }
@@ -202,7 +194,6 @@ fn the_error_follows_the_tolerance_and_the_three_methods_meet() {
         for method in all_methods(relative, 1.0, step) {
             let integrator = run(method, &Duffing, &z0, t);
             let error = distance(integrator.state(), &exact);
-            println!("{method:?} {error:e} {:?}", integrator.tally());
             assert!(error < 100.0 * relative, "{method:?}: {error:e}");
         }
     }

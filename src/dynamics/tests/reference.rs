@@ -92,10 +92,10 @@ fn taylor(z: &[f64; 6], closed: [bool; 3]) -> [[f64; 6]; 14] {
             next[i] = last[3 + i];
             next[3 + i] = -Unilateral::OMEGA[i].powi(2) * last[i];
         }
-        for n in 0..3 {
+        for (n, &closed) in closed.iter().enumerate() {
             let constant = if order == 1 { Unilateral::PRESS } else { 0.0 };
             let gap = Unilateral::gap(n, &last) - Unilateral::PRESS + constant;
-            let change = if closed[n] { gap } else { 0.0 } - constant;
+            let change = if closed { gap } else { 0.0 } - constant;
             for i in 0..3 {
                 next[3 + i] -= Unilateral::SHAPES[n][i] * change;
             }

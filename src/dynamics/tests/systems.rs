@@ -121,8 +121,8 @@ impl System for Unilateral {
         out.fill(0.0);
         for n in 0..3 {
             let change = Self::gap(n, z).max(0.0) - Self::PRESS;
-            for i in 0..3 {
-                out[i] -= Self::SHAPES[n][i] * change;
+            for (out, shape) in out.iter_mut().zip(&Self::SHAPES[n]) {
+                *out -= shape * change;
             }
         }
         out[3] = (0..3).map(|i| out[i] * z[3 + i]).sum();
