@@ -1,0 +1,225 @@
+//! The choice of the step: how an error is measured, and what follows from it.
+//!
+//! # The measure
+//!
+//! Modes differ by orders of magnitude in frequency and amplitude, and the vibration as a whole
+//! grows over many decades. Errors are therefore measured like the vibration itself:
+//!
+//! * The modes together: `size = sum_i (omega_i |q_i| + |q_i'|)`, which is between the square root
+//!   of twice the vibration's energy and `sqrt(2 m)` times that. It is in the units of a velocity,
+//!   and the free vibration hardly changes it.
+//! * The first-order components together: `size = sum_j |w_j|`, at its largest since the start. A
+//!   quadrature such as a work passes through zero without being less accurate there. Give
+//!   several such components comparable units.
+//!
+//! An error passes where each of the two is at most `relative * (size + floor)`. At exact rest
+//! with no force, the error is exactly zero and passes too.
+//!
+//! # The controller
+//!
+//! A proportional-integral controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
+//! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed.,
+//! Section II.4 and their code DOPRI5): after a step with error ratio `e` following one with ratio
+//! `e'`, the step is multiplied by `0.9 e^-0.17 e'^0.04`, within 0.2 and 5. A step is kept as it is
+//! when the change would be small, since the exponential methods then keep their tables.
+
+use super::DynamicsError;
+
+/// How accurate a step must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Error allowed in a step relative to the present size of the vibration, and of the
+    /// first-order components; 1e-13 to 0.1.
+    pub relative: f64,
+    /// Size below which the error allowed shrinks no further, in the units of a modal velocity and
+    /// of the first-order components; positive. Raise it where the force has rounding noise that
+    /// does not vanish with the state: no step resolves noise.
+    pub floor: f64,
+}
+
+impl Accuracy {
+    /// A relative accuracy at every size of the vibration, down to 1e-290.
+    pub const fn relative(relative: f64) -> Self {
+        Self {
+            relative,
+            floor: 1e-290,
+        }
+    }
+
+    /// Checks the ranges.
+    pub(super) fn check(&self) -> Result<(), DynamicsError> {
+        if !(1e-13..=0.1).contains(&self.relative) {
+            return Err(DynamicsError::Parameter {
+                name: "the relative accuracy",
+                value: self.relative,
+                allowed: "from 1e-13 to 0.1",
+            });
+        }
+        if !(self.floor >= f64::MIN_POSITIVE && self.floor.is_finite()) {
+            return Err(DynamicsError::Parameter {
+                name: "the floor of the accuracy",
+                value: self.floor,
+                allowed: "positive and finite (1e-290 where nothing else is known)",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Sizes of the two parts of a state, or of an error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Size {
+    /// The modes together.
+    pub vibration: f64,
+    /// The first-order components together.
+    pub first_order: f64,
+}
+
+impl Size {
+    /// The size of `z = [q | q' | w]`, or of a difference of two.
+    pub fn of(z: &[f64], omega: &[f64]) -> Self {
+        let (q, rest) = z.split_at(omega.len());
+        let (v, w) = rest.split_at(omega.len());
+        let modes = q.iter().zip(v).zip(omega);
+        Self {
+            vibration: modes.map(|((q, v), omega)| omega * q.abs() + v.abs()).sum(),
+            first_order: w.iter().map(|w| w.abs()).sum(),
+        }
+    }
+
+    /// The larger of each part.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            vibration: self.vibration.max(other.vibration),
+            first_order: self.first_order.max(other.first_order),
+        }
+    }
+
+    /// Whether all that was summed is finite.
+    pub fn is_finite(self) -> bool {
+        self.vibration.is_finite() && self.first_order.is_finite()
+    }
+}
+
+/// Chooses the steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Control {
+    /// Every step has the same length, s.
+    Fixed(f64),
+    /// Steps follow the error.
+    Adaptive(Controller),
+}
+
+impl Control {
+    /// The step to try next, s.
+    pub fn step(&self) -> f64 {
+        match self {
+            Self::Fixed(step) => *step,
+            Self::Adaptive(controller) => controller.step,
+        }
+    }
+
+    /// Takes note of the step actually tried, s, which differs from the one wanted by the rounding
+    /// of its end's time. From one step to the next that is the same number again, bit for bit, so
+    /// that tables made for it stay valid.
+    pub fn realise(&mut self, h: f64) {
+        if let Self::Adaptive(controller) = self {
+            controller.step = h;
+        }
+    }
+}
+
+/// A proportional-integral controller of the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Controller {
+    accuracy: Accuracy,
+    max_step: f64,
+    /// The step to try next, s.
+    pub step: f64,
+    /// Error ratio of the last accepted step.
+    previous: f64,
+    /// Whether the step being tried follows a rejected one.
+    rejected: bool,
+}
+
+impl Controller {
+    /// Steps are multiplied by at least this.
+    const SHRINK: f64 = 0.2;
+    /// Steps are multiplied by at most this.
+    const GROW: f64 = 5.0;
+    /// Changes within these factors are not worth new tables.
+    const KEEP: std::ops::Range<f64> = 0.95..1.15;
+
+    /// A controller that starts with the longest step.
+    pub fn new(accuracy: Accuracy, max_step: f64) -> Self {
+        Self {
+            accuracy,
+            max_step,
+            step: max_step,
+            previous: 1e-4,
+            rejected: false,
+        }
+    }
+
+    /// Starts afresh at time `t` (s), with a step that changes the state by a hundredth of its
+    /// size, or the longest one where nothing is known. `rate` is the size of the slope.
+    pub fn start(&mut self, t: f64, size: Size, rate: Size) {
+        let time = |size: f64, rate: f64| {
+            if size > 0.0 && rate > 0.0 {
+                size / rate
+            } else {
+                f64::INFINITY
+            }
+        };
+        let change =
+            time(size.vibration, rate.vibration).min(time(size.first_order, rate.first_order));
+        *self = Self::new(self.accuracy, self.max_step);
+        self.step = (0.01 * change).min(self.max_step).max(self.shortest(t));
+    }
+
+    /// The shortest step worth taking at time `t` (s): one that the time resolves, and that does
+    /// not stall the integration for good.
+    pub fn shortest(&self, t: f64) -> f64 {
+        (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
+    }
+
+    /// Forbids steps longer than `max_step` (s).
+    pub fn limit(&mut self, max_step: f64) {
+        self.max_step = max_step;
+        self.step = self.step.min(max_step);
+    }
+
+    /// The error over what the accuracy allows, for a state of some size: the step passes up to 1.
+    pub fn ratio(&self, error: Size, size: Size) -> f64 {
+        let part =
+            |error: f64, size: f64| error / (self.accuracy.relative * (size + self.accuracy.floor));
+        part(error.vibration, size.vibration).max(part(error.first_order, size.first_order))
+    }
+
+    /// Takes note of a step of full length that passed.
+    pub fn accept(&mut self, ratio: f64) {
+        let mut factor =
+            (0.9 * ratio.powf(-0.17) * self.previous.powf(0.04)).clamp(Self::SHRINK, Self::GROW);
+        if self.rejected {
+            factor = factor.min(1.0);
+        }
+        let step = (self.step * factor).min(self.max_step);
+        if !Self::KEEP.contains(&(step / self.step)) {
+            self.step = step;
+        }
+        self.previous = ratio.max(1e-4);
+        self.rejected = false;
+    }
+
+    /// Shortens the step after one of length `h` (s) that failed; the ratio may be infinite or not
+    /// a number.
+    pub fn reject(&mut self, h: f64, ratio: f64) {
+        let factor = 0.9 * ratio.powf(-0.2);
+        self.step = h * if factor > Self::SHRINK {
+            factor
+        } else {
+            Self::SHRINK
+        };
+        self.rejected = true;
+    }
+}

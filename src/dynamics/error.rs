@@ -1,0 +1,84 @@
+//! What can go wrong in an integration.
+
+use thiserror::Error;
+
+/// An integration that cannot be set up, or cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DynamicsError {
+    /// The state, or the right-hand side at it, is infinite or not a number, however short the
+    /// step. The integrator still holds the last good state.
+    #[error(
+        "component {component} of the state is not finite at t = {time} s (the state was good up \
+         to t = {last_good_time} s): check the force and the initial state; with a fixed step, \
+         make it shorter"
+    )]
+    NonFinite {
+        /// End of the step that failed, s.
+        time: f64,
+        /// Time of the last good state, s.
+        last_good_time: f64,
+        /// Index of the first offending component of `[q | q' | w]`. A force on a mode spoils both
+        /// `q` and `q'` of it.
+        component: usize,
+    },
+    /// The error stays above the tolerance down to the shortest step worth taking.
+    /// The integrator still holds the last good state.
+    #[error(
+        "at t = {time} s the error is {error_ratio:.1e} times the tolerance even with a step of \
+         {step:e} s, about the shortest worth taking: loosen the tolerance, raise its floor above the \
+         rounding noise of the force, or look for a jump or a singularity of the force"
+    )]
+    StepUnderflow {
+        /// Time of the last good state, s.
+        time: f64,
+        /// The last step tried, s.
+        step: f64,
+        /// Estimated error of that step over what the tolerance allows.
+        error_ratio: f64,
+    },
+    /// A parameter of the method is out of its range.
+    #[error("{name} of the integrator is {value:e}: choose it {allowed}")]
+    Parameter {
+        /// What the parameter is called.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range it must lie in.
+        allowed: &'static str,
+    },
+    /// A mode is not an oscillation.
+    #[error(
+        "mode {mode} has natural frequency {omega:e} rad/s and damping ratio {damping:e}: the \
+         frequency must be finite and not negative, the ratio between -1 and 1 (write an \
+         overdamped mode as first-order components)"
+    )]
+    Mode {
+        /// Index of the mode.
+        mode: usize,
+        /// Its natural circular frequency, rad/s.
+        omega: f64,
+        /// Its damping ratio.
+        damping: f64,
+    },
+    /// A slice or a system has another size than the integrator was made for.
+    #[error("{what} has length {found} where {expected} is needed: make a new integrator")]
+    Size {
+        /// Which slice.
+        what: &'static str,
+        /// The length needed.
+        expected: usize,
+        /// The length found.
+        found: usize,
+    },
+    /// A time before the last step was asked for, or one that is not finite.
+    #[error(
+        "time {asked} s was asked for, but only finite times from {earliest} s on are within \
+         reach: ask in rising order, or start again"
+    )]
+    Time {
+        /// The time asked for, s.
+        asked: f64,
+        /// Start of the last step, s.
+        earliest: f64,
+    },
+}

@@ -1,0 +1,153 @@
+//! Taking steps: try, judge, accept or shorten.
+
+use super::control::{Control, Size};
+use super::stepper::{Picture, Stepper};
+use super::{DynamicsError, System, Tally};
+
+/// A step may be stretched by this much to end where it must, rather than leave a sliver.
+const STRETCH: f64 = 1.0 + 1e-6;
+
+/// What decides on the steps of an integration, and what is counted and known of its state.
+#[derive(Clone, Debug)]
+pub(super) struct Pace {
+    /// The choice of the step.
+    pub control: Control,
+    /// Natural circular frequencies of the system, rad/s.
+    pub omega: Vec<f64>,
+    /// Size of the present state; of its first-order components, the largest since the start.
+    pub size: Size,
+    /// Work done.
+    pub tally: Tally,
+}
+
+impl Pace {
+    /// Evaluates the system afresh at the stepper's present state, where the next step starts.
+    pub fn refresh<Y, P, const S: usize>(
+        &mut self,
+        stepper: &mut Stepper<P, S>,
+        sys: &Y,
+    ) -> Result<(), DynamicsError>
+    where
+        Y: System + ?Sized,
+        P: Picture,
+    {
+        stepper.refresh(sys);
+        self.tally.calls += 1;
+        let size = Size::of(&stepper.end, &self.omega);
+        if !(size.is_finite() && self.rate(stepper).is_finite()) {
+            return Err(non_finite(stepper, stepper.end_time));
+        }
+        self.remember(size);
+        Ok(())
+    }
+
+    /// The size of the slope at the stepper's present state.
+    pub fn rate<P: Picture, const S: usize>(&self, stepper: &Stepper<P, S>) -> Size {
+        Size::of(&stepper.end_slope, &self.omega)
+    }
+
+    /// Takes one step from the stepper's present state, which ends at `limit` (s) if it would go
+    /// past it.
+    pub fn step<Y, P, const S: usize>(
+        &mut self,
+        stepper: &mut Stepper<P, S>,
+        sys: &Y,
+        limit: f64,
+    ) -> Result<(), DynamicsError>
+    where
+        Y: System + ?Sized,
+        P: Picture,
+    {
+        stepper.follow();
+        let start = stepper.start_time;
+        let start_size = self.size;
+        loop {
+            let wanted = self.control.step();
+            let landing = limit - start <= wanted * STRETCH;
+            let end = if landing { limit } else { start + wanted };
+            if end <= start {
+                // Only a fixed step can be that short: a controller's stays above `shortest`.
+                let allowed = "long enough to make a difference to the time";
+                return Err(DynamicsError::Parameter {
+                    name: "the step",
+                    value: wanted,
+                    allowed,
+                });
+            }
+            if !landing {
+                self.control.realise(end - start);
+            }
+            stepper.attempt(sys, end);
+            self.tally.calls += S as u64 - 1;
+
+            let size = Size::of(&stepper.end, &self.omega);
+            let error = Size::of(&stepper.error, &self.omega);
+            let finite = size.is_finite() && error.is_finite() && self.rate(stepper).is_finite();
+            let ratio = match &self.control {
+                _ if !finite => f64::INFINITY,
+                Control::Fixed(_) => 0.0,
+                Control::Adaptive(controller) => controller.ratio(error, start_size.max(size)),
+            };
+            if ratio <= 1.0 {
+                if let (Control::Adaptive(controller), false) = (&mut self.control, landing) {
+                    controller.accept(ratio);
+                }
+                self.tally.steps += 1;
+                self.remember(size);
+                return Ok(());
+            }
+
+            self.tally.rejections += 1;
+            let shorter = match &mut self.control {
+                Control::Fixed(_) => None,
+                Control::Adaptive(controller) => {
+                    controller.reject(end - start, ratio);
+                    Some(controller.step).filter(|&step| step >= controller.shortest(start))
+                }
+            };
+            if shorter.is_none() {
+                let failure = if finite {
+                    DynamicsError::StepUnderflow {
+                        time: start,
+                        step: end - start,
+                        error_ratio: ratio,
+                    }
+                } else {
+                    non_finite(stepper, start)
+                };
+                stepper.rewind();
+                return Err(failure);
+            }
+        }
+    }
+
+    /// Takes the stepper's last step back.
+    pub fn rewind<P: Picture, const S: usize>(&mut self, stepper: &mut Stepper<P, S>) {
+        stepper.rewind();
+        self.remember(Size::of(&stepper.end, &self.omega));
+    }
+
+    /// Takes note of the size of an accepted state.
+    fn remember(&mut self, size: Size) {
+        self.size = Size {
+            first_order: self.size.first_order.max(size.first_order),
+            ..size
+        };
+    }
+}
+
+/// The error for a step that failed on a number that is not finite.
+fn non_finite<P, const S: usize>(stepper: &Stepper<P, S>, last_good_time: f64) -> DynamicsError {
+    let worst = |values: &[f64]| values.iter().position(|x| !x.is_finite());
+    let component = worst(&stepper.end)
+        .or_else(|| worst(&stepper.end_slope))
+        .or_else(|| worst(&stepper.error))
+        // All finite, but too large to be added up.
+        .or_else(|| stepper.end.iter().position(|x| x.abs() > 1e-4 * f64::MAX))
+        .unwrap_or(0);
+    DynamicsError::NonFinite {
+        time: stepper.end_time,
+        last_good_time,
+        component,
+    }
+}

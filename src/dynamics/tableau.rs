@@ -1,0 +1,287 @@
+//! Coefficients of the explicit Runge–Kutta methods.
+//!
+//! A method of `S` stages advances `y' = g(t, y)` by
+//!
+//! ```text
+//! k_i = g(t + c_i h, y + h sum_j a_ij k_j)        i = 1 .. S,  j < i
+//! y(t + theta h) = y + h sum_i b_i(theta) k_i     0 <= theta <= 1
+//! ```
+//!
+//! Both methods are kept in first-same-as-last form: the last stage sits at the solution itself
+//! (`c_S = 1`, `a_S = b`), so that its slope is the first of the next step and costs nothing.
+
+/// Coefficients of a method of `S` stages in first-same-as-last form.
+#[derive(Clone, Debug)]
+pub(super) struct Tableau<const S: usize> {
+    /// Nodes `c_i`, rising from 0 to 1.
+    pub nodes: [f64; S],
+    /// Weights `a_ij`, zero from the diagonal on; the last row is the solution's weights `b_j`.
+    pub stages: [[f64; S]; S],
+    /// Difference between the weights of the solution and those of the embedded method of one
+    /// order less; zero in a method without an error estimate.
+    pub error: [f64; S],
+    /// Dense output: `b_i(theta) = sum_k dense[i][k] theta^(k + 1)`.
+    pub dense: [[f64; 4]; S],
+}
+
+impl<const S: usize> Tableau<S> {
+    /// The dense output's weights `b_i(theta)`.
+    pub fn weights(&self, theta: f64) -> [f64; S] {
+        self.dense
+            .map(|[b1, b2, b3, b4]| theta * (b1 + theta * (b2 + theta * (b3 + theta * b4))))
+    }
+}
+
+/// The pair of order 5(4) with dense output of order 4 from the same stages: C. Tsitouras,
+/// Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
+/// Comput. Math. Appl. 62 (2011) 770–775, Table 1 and its interpolant.
+pub(super) static TSIT54: Tableau<7> = Tableau {
+    nodes: [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0],
+    stages: [
+        [0.0; 7],
+        [0.161, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [
+            -0.008_480_655_492_356_989,
+            0.335_480_655_492_357,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ],
+        [
+            2.897_153_057_105_493_5,
+            -6.359_448_489_975_075,
+            4.362_295_432_869_581_5,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ],
+        [
+            5.325_864_828_439_257,
+            -11.748_883_564_062_828,
+            7.495_539_342_889_836_5,
+            -0.092_495_066_361_755_25,
+            0.0,
+            0.0,
+            0.0,
+        ],
+        [
+            5.861_455_442_946_42,
+            -12.920_969_317_847_11,
+            8.159_367_898_576_159,
+            -0.071_584_973_281_401,
+            -0.028_269_050_394_068_383,
+            0.0,
+            0.0,
+        ],
+        [
+            0.096_460_766_818_065_23,
+            0.01,
+            0.479_889_650_414_499_6,
+            1.379_008_574_103_742,
+            -3.290_069_515_436_081,
+            2.324_710_524_099_774,
+            0.0,
+        ],
+    ],
+    error: [
+        -0.001_780_011_052_225_777,
+        -0.000_816_434_459_656_746_9,
+        0.007_880_878_010_261_995,
+        -0.144_711_007_173_262_9,
+        0.582_357_165_452_555_2,
+        -0.458_082_105_929_186_97,
+        1.0 / 66.0,
+    ],
+    dense: [
+        [
+            1.0,
+            -2.763_706_197_274_826,
+            2.913_255_461_821_912_6,
+            -1.053_088_497_729_021_6,
+        ],
+        [0.0, 0.1317, -0.2234, 0.1017],
+        [
+            0.0,
+            3.930_296_236_894_751_6,
+            -5.941_033_872_131_505,
+            2.490_627_285_651_253,
+        ],
+        [
+            0.0,
+            -12.411_077_166_933_676,
+            30.338_188_630_282_32,
+            -16.548_102_889_244_902,
+        ],
+        [
+            0.0,
+            37.509_313_416_511_04,
+            -88.178_904_894_766_4,
+            47.379_521_962_819_28,
+        ],
+        [
+            0.0,
+            -27.896_526_289_197_286,
+            65.091_894_674_793_66,
+            -34.870_657_861_496_61,
+        ],
+        [0.0, 1.5, -4.0, 2.5],
+    ],
+};
+
+/// The classical method of order 4 (W. Kutta, Z. Math. Phys. 46 (1901) 435–453), with the cubic
+/// Hermite polynomial through both ends of the step as dense output. The polynomial's error is
+/// `O(h^4)`, as is the method's global one.
+pub(super) static RK4: Tableau<5> = Tableau {
+    nodes: [0.0, 0.5, 0.5, 1.0, 1.0],
+    stages: [
+        [0.0; 5],
+        [0.5, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.5, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0, 0.0],
+        [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 0.0],
+    ],
+    error: [0.0; 5],
+    dense: [
+        [1.0, -1.5, 2.0 / 3.0, 0.0],
+        [0.0, 1.0, -2.0 / 3.0, 0.0],
+        [0.0, 1.0, -2.0 / 3.0, 0.0],
+        [0.0, 0.5, -1.0 / 3.0, 0.0],
+        [0.0, -1.0, 1.0, 0.0],
+    ],
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The left sides of the order conditions of one weight vector `b`, each with its order and
+    /// its right side `1 / gamma` (Hairer, Norsett and Wanner, Solving Ordinary Differential
+    /// Equations I, 2nd ed., Table II.2.1: the rooted trees of up to five vertices).
+    fn residuals<const S: usize>(
+        tableau: &Tableau<S>,
+        b: &[f64; S],
+        theta: f64,
+    ) -> Vec<(usize, f64)> {
+        let c = tableau.nodes;
+        let one = [1.0; S];
+        let times = |x: [f64; S], y: [f64; S]| std::array::from_fn::<f64, S, _>(|i| x[i] * y[i]);
+        let sum = |x: [f64; S]| {
+            tableau
+                .stages
+                .map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>())
+        };
+        let c2 = times(c, c);
+        let c3 = times(c2, c);
+        let (ac, ac2) = (sum(c), sum(c2));
+        [
+            (1, one, 1.0),
+            (2, c, 2.0),
+            (3, c2, 3.0),
+            (3, ac, 6.0),
+            (4, c3, 4.0),
+            (4, times(c, ac), 8.0),
+            (4, ac2, 12.0),
+            (4, sum(ac), 24.0),
+            (5, times(c3, c), 5.0),
+            (5, times(c2, ac), 10.0),
+            (5, times(c, ac2), 15.0),
+            (5, times(c, sum(ac)), 30.0),
+            (5, times(ac, ac), 20.0),
+            (5, sum(c3), 20.0),
+            (5, sum(times(c, ac)), 40.0),
+            (5, sum(ac2), 60.0),
+            (5, sum(sum(ac)), 120.0),
+        ]
+        .into_iter()
+        .map(|(order, elementary, gamma)| {
+            let left: f64 = b.iter().zip(&elementary).map(|(b, e)| b * e).sum();
+            (order, (left - theta.powi(order as i32) / gamma).abs())
+        })
+        .collect()
+    }
+
+    /// The largest residual of the conditions up to `order`.
+    fn worst<const S: usize>(tableau: &Tableau<S>, b: &[f64; S], theta: f64, order: usize) -> f64 {
+        let all = residuals(tableau, b, theta);
+        all.iter()
+            .filter(|(o, _)| *o <= order)
+            .fold(0.0, |worst, (_, r)| r.max(worst))
+    }
+
+    fn has_its_form<const S: usize>(tableau: &Tableau<S>) {
+        for (i, row) in tableau.stages.iter().enumerate() {
+            assert!(
+                (row.iter().sum::<f64>() - tableau.nodes[i]).abs() < 1e-14,
+                "row {i}"
+            );
+            assert!(
+                row[i..].iter().all(|&a| a == 0.0),
+                "row {i} is not explicit"
+            );
+        }
+        assert!(tableau.nodes.is_sorted());
+        assert_eq!(tableau.nodes[S - 1], 1.0);
+        for (i, (at_end, b)) in tableau
+            .weights(1.0)
+            .iter()
+            .zip(&tableau.stages[S - 1])
+            .enumerate()
+        {
+            assert!(
+                (at_end - b).abs() < 1e-13,
+                "dense output misses the solution in weight {i}"
+            );
+        }
+    }
+
+    #[test]
+    fn rows_sum_to_nodes_and_the_last_stage_is_the_solution() {
+        has_its_form(&TSIT54);
+        has_its_form(&RK4);
+    }
+
+    #[test]
+    fn tsit54_is_of_order_five_with_a_companion_of_order_four() {
+        let b = TSIT54.stages[6];
+        assert!(
+            worst(&TSIT54, &b, 1.0, 5) < 2e-15,
+            "{:?}",
+            residuals(&TSIT54, &b, 1.0)
+        );
+        let companion = std::array::from_fn(|i| b[i] - TSIT54.error[i]);
+        assert!(worst(&TSIT54, &companion, 1.0, 4) < 2e-15);
+        assert!(
+            worst(&TSIT54, &companion, 1.0, 5) > 1e-5,
+            "an estimate of order five sees nothing"
+        );
+    }
+
+    #[test]
+    fn tsit54_dense_output_is_of_order_four_everywhere() {
+        for k in 0..=20 {
+            let theta = f64::from(k) / 20.0;
+            assert!(
+                worst(&TSIT54, &TSIT54.weights(theta), theta, 4) < 1e-13,
+                "theta = {theta}"
+            );
+        }
+        assert!(worst(&TSIT54, &TSIT54.weights(0.5), 0.5, 5) > 1e-6);
+    }
+
+    #[test]
+    fn rk4_is_of_order_four_with_dense_output_of_order_three() {
+        let b = RK4.stages[4];
+        assert!(worst(&RK4, &b, 1.0, 4) < 1e-15);
+        assert!(worst(&RK4, &b, 1.0, 5) > 1e-3);
+        for k in 0..=20 {
+            let theta = f64::from(k) / 20.0;
+            assert!(
+                worst(&RK4, &RK4.weights(theta), theta, 3) < 1e-15,
+                "theta = {theta}"
+            );
+        }
+    }
+}

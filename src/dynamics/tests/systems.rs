@@ -1,0 +1,145 @@
+//! Small systems to integrate.
+
+use super::System;
+
+/// Oscillators without a force.
+pub struct Free {
+    pub omega: Vec<f64>,
+    pub damping: Vec<f64>,
+}
+
+impl Free {
+    /// The exact state at time `t` from `z0` at time zero, mode by mode.
+    pub fn exact(&self, z0: &[f64], t: f64) -> Vec<f64> {
+        let m = self.omega.len();
+        let mut z = vec![0.0; 2 * m];
+        for i in 0..m {
+            let (w, zeta) = (self.omega[i], self.damping.get(i).copied().unwrap_or(0.0));
+            let (q, v) = (z0[i], z0[m + i]);
+            if w == 0.0 {
+                (z[i], z[m + i]) = (q + v * t, v);
+                continue;
+            }
+            // q = exp(-sigma t) (a cos(w_d t) + b sin(w_d t))
+            let (sigma, wd) = (zeta * w, w * (1.0 - zeta * zeta).sqrt());
+            let (a, b) = (q, (v + sigma * q) / wd);
+            let (s, c) = (wd * t).sin_cos();
+            let shrink = (-sigma * t).exp();
+            z[i] = shrink * (a * c + b * s);
+            z[m + i] = shrink * ((b * wd - sigma * a) * c - (a * wd + sigma * b) * s);
+        }
+        z
+    }
+}
+
+impl System for Free {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+    fn damping(&self) -> &[f64] {
+        &self.damping
+    }
+    fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
+}
+
+/// Three oscillators, one damped, one without stiffness, coupled by cubic springs and driven, and
+/// the work of that force as a first-order component.
+pub struct Duffing;
+
+impl Duffing {
+    pub const START: [f64; 7] = [0.6, -0.3, 0.2, 0.1, 0.8, -0.4, 0.0];
+}
+
+impl System for Duffing {
+    fn omega(&self) -> &[f64] {
+        &[1.0, 2.3, 0.0]
+    }
+    fn damping(&self) -> &[f64] {
+        &[0.0, 0.03, 0.0]
+    }
+    fn first_order(&self) -> usize {
+        1
+    }
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        let spring = |x: f64| x + x.powi(3);
+        let (a, b) = (spring(z[0] - z[1]), spring(z[1] - z[2]));
+        out[0] = -0.3 * a + 0.2 * (1.7 * t).cos();
+        out[1] = 0.3 * (a - b);
+        out[2] = 0.3 * b - 0.4 * spring(z[2]);
+        out[3] = (0..3).map(|i| out[i] * z[3 + i]).sum();
+    }
+}
+
+/// The equations of Lorenz (10, 28, 8/3): first-order components only.
+pub struct Lorenz;
+
+impl Lorenz {
+    pub const START: [f64; 3] = [1.0, -2.0, 17.0];
+}
+
+impl System for Lorenz {
+    fn omega(&self) -> &[f64] {
+        &[]
+    }
+    fn first_order(&self) -> usize {
+        3
+    }
+    fn force(&self, _t: f64, w: &[f64], out: &mut [f64]) {
+        out[0] = 10.0 * (w[1] - w[0]);
+        out[1] = w[0] * (28.0 - w[2]) - w[1];
+        out[2] = w[0] * w[1] - 8.0 / 3.0 * w[2];
+    }
+}
+
+/// Three oscillators pressed against three unilateral springs, `N_n = max(0, p + k phi_n . q)`, as
+/// the perturbation from `q = 0`; and the work of the springs as a first-order component.
+pub struct Unilateral;
+
+impl Unilateral {
+    pub const OMEGA: [f64; 3] = [1.0, 2.7, 4.4];
+    pub const START: [f64; 7] = [0.5, -0.2, 0.1, 0.3, 0.9, -0.6, 0.0];
+    pub const PRESS: f64 = 0.2;
+    pub const STIFFNESS: f64 = 3.0;
+    pub const SHAPES: [[f64; 3]; 3] = [[0.9, 0.4, -0.3], [0.6, -0.7, 0.5], [0.3, 0.8, 0.7]];
+
+    /// `p + k phi_n . q`: the normal force of spring `n` while positive.
+    pub fn gap(n: usize, q: &[f64]) -> f64 {
+        Self::PRESS + Self::STIFFNESS * (0..3).map(|i| Self::SHAPES[n][i] * q[i]).sum::<f64>()
+    }
+}
+
+impl System for Unilateral {
+    fn omega(&self) -> &[f64] {
+        &Self::OMEGA
+    }
+    fn first_order(&self) -> usize {
+        1
+    }
+    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for n in 0..3 {
+            let change = Self::gap(n, z).max(0.0) - Self::PRESS;
+            for (out, shape) in out.iter_mut().zip(&Self::SHAPES[n]) {
+                *out -= shape * change;
+            }
+        }
+        out[3] = (0..3).map(|i| out[i] * z[3 + i]).sum();
+    }
+}
+
+/// One oscillator under any force `f(t, q, v)`.
+pub struct Forced<F> {
+    pub omega: [f64; 1],
+    pub force: F,
+}
+
+impl<F: Fn(f64, f64, f64) -> f64> System for Forced<F> {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        out[0] = (self.force)(t, z[0], z[1]);
+    }
+}

@@ -1,0 +1,131 @@
+//! Sine and cosine of many angles at once.
+//!
+//! An exponential method turns every mode by its own angle at every sample and whenever the step
+//! changes. The standard library takes the angles one at a time; the branch-free form below lets
+//! the compiler take several, at the same accuracy: the angle is brought into
+//! `[-pi/4, pi/4]` with a two-part value of pi/2 (W. J. Cody and W. Waite, Software Manual for the
+//! Elementary Functions, 1980), where the Taylor series are short.
+
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+/// The leading 33 bits of pi/2: a product with an integer below 2^20 is exact.
+const HALF_PI_HIGH: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
+/// The rest of pi/2: what the 33 bits leave of the rounded value, and what rounding left.
+const HALF_PI_LOW: f64 = (FRAC_PI_2 - HALF_PI_HIGH) + 6.123_233_995_736_766e-17;
+/// Adding this to a small number rounds it to an integer, held in the lowest bits.
+const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
+/// Angles up to here are reduced exactly (fewer than 2^20 quarter turns).
+const LARGEST: f64 = 1e6;
+
+/// Writes the sine and the cosine of each angle (rad).
+pub(super) fn sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
+    let all = angles.iter().zip(sin).zip(cos);
+    if angles
+        .iter()
+        .fold(true, |small, x| small & (x.abs() < LARGEST))
+    {
+        all.for_each(|((&x, sin), cos)| (*sin, *cos) = reduced(x));
+    } else {
+        all.for_each(|((&x, sin), cos)| (*sin, *cos) = x.sin_cos());
+    }
+}
+
+/// Sine and cosine of one angle below [`LARGEST`].
+#[inline(always)]
+fn reduced(x: f64) -> (f64, f64) {
+    let rounded = x * FRAC_2_PI + ROUNDER;
+    let turns = rounded - ROUNDER;
+    let quadrant = rounded.to_bits();
+    let r = (x - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW;
+    let r2 = r * r;
+    let s = r + r * r2 * series(r2, &SINE);
+    let c = 1.0 + r2 * series(r2, &COSINE);
+    // Quarter turns: sin -> cos -> -sin -> -cos. Bit 0 exchanges the two, bit 1 changes the sign.
+    let exchange = (quadrant & 1).wrapping_neg();
+    let (s, c) = (s.to_bits(), c.to_bits());
+    let sin = (s & !exchange) | (c & exchange);
+    let cos = (c & !exchange) | (s & exchange);
+    let sin_sign = (quadrant & 2) << 62;
+    let cos_sign = (quadrant.wrapping_add(1) & 2) << 62;
+    (
+        f64::from_bits(sin ^ sin_sign),
+        f64::from_bits(cos ^ cos_sign),
+    )
+}
+
+/// Coefficients of `(sin r - r) / r^3` in powers of `r^2`: `-1/3!, 1/5!, ..`.
+const SINE: [f64; 8] = [
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    -1.0 / 1_307_674_368_000.0,
+    1.0 / 355_687_428_096_000.0,
+];
+/// Coefficients of `(cos r - 1) / r^2` in powers of `r^2`: `-1/2!, 1/4!, ..`.
+const COSINE: [f64; 8] = [
+    -0.5,
+    1.0 / 24.0,
+    -1.0 / 720.0,
+    1.0 / 40_320.0,
+    -1.0 / 3_628_800.0,
+    1.0 / 479_001_600.0,
+    -1.0 / 87_178_291_200.0,
+    1.0 / 20_922_789_888_000.0,
+];
+
+/// `sum_k coefficients[k] x^k` by Horner's rule.
+#[inline(always)]
+fn series(x: f64, coefficients: &[f64; 8]) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, &c| sum * x + c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agrees_with_the_standard_library_to_two_units_in_the_last_place() {
+        let mut angles: Vec<f64> = (-4000..=4000).map(|k| f64::from(k) * 0.007_853).collect();
+        angles.extend((0..400).map(|k| 1.7e3 * f64::from(k) * 1.47));
+        angles.extend([
+            0.0,
+            1e-300,
+            -5e-324,
+            FRAC_PI_2,
+            -FRAC_PI_2,
+            2.0 * FRAC_PI_2,
+            999_999.0,
+        ]);
+        let (mut sin, mut cos) = (vec![0.0; angles.len()], vec![0.0; angles.len()]);
+        sin_cos(&angles, &mut sin, &mut cos);
+        for (i, x) in angles.iter().enumerate() {
+            assert!(
+                (sin[i] - x.sin()).abs() <= 2.3e-16,
+                "sin {x}: {} {}",
+                sin[i],
+                x.sin()
+            );
+            assert!(
+                (cos[i] - x.cos()).abs() <= 2.3e-16,
+                "cos {x}: {} {}",
+                cos[i],
+                x.cos()
+            );
+        }
+        assert_eq!((sin[8401], cos[8401]), (0.0, 1.0));
+        assert_eq!(sin[8402], 1e-300);
+    }
+
+    #[test]
+    fn huge_angles_fall_back_to_the_standard_library() {
+        let angles = [1e9, 0.5, f64::NAN];
+        let (mut sin, mut cos) = ([0.0; 3], [0.0; 3]);
+        sin_cos(&angles, &mut sin, &mut cos);
+        assert_eq!((sin[0], cos[0]), 1e9_f64.sin_cos());
+        assert_eq!((sin[1], cos[1]), 0.5_f64.sin_cos());
+        assert!(sin[2].is_nan() && cos[2].is_nan());
+    }
+}
