@@ -2,3 +2,9 @@
 
 #[cfg(feature = "cli")]
 mod cli;
+mod equations;
+mod laws;
+mod layering;
+mod pipeline;
+mod scenes;
+mod stability;
