@@ -17,11 +17,13 @@
 //! * [`pipeline`]: the threads and what travels between them.
 //! * `record` (feature `record`): the only room that knows Rerun.
 //! * `cli` (feature `cli`): the command line.
+//! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
+pub mod guide;
 pub mod joint;
 pub mod pipeline;
 pub mod scene;

@@ -1,0 +1,11 @@
+//! Longer pages: what the code means and how far to trust it. Their examples are tests.
+//!
+//! * [`equations`]: each equation of the paper and where it is; axes, signs, energy.
+//! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
+//! * [`scene`](crate::scene): all keys of a scene file.
+
+#[doc = include_str!("equations.md")]
+pub mod equations {}
+
+#[doc = include_str!("stability.md")]
+pub mod stability {}
