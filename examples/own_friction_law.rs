@@ -1,8 +1,8 @@
 //! A friction law of one's own, beside Eq. (5).
 //!
-//! The law here rises as a hyperbolic tangent and falls as a hyperbola. Its two free parameters
-//! give it the value and the slope of Eq. (5) at the speed of steady sliding, so that linear
-//! stability can hardly tell the two apart. The vibration that settles sees the whole curve.
+//! The law here rises as `x / sqrt(1 + x^2)` and falls as a hyperbola. Its two free parameters give
+//! it the value and the slope of Eq. (5) at the speed of steady sliding, so that linear stability
+//! can hardly tell the two apart. The vibration that settles sees the whole curve.
 //!
 //! ```text
 //! cargo run --release --example own_friction_law
@@ -16,53 +16,45 @@ use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Ratio, Stribec
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 
-/// `mu(V) = tanh(creep V) (mu_d + rise / (1 + V / v_fall))`.
+/// `mu(V) = x / sqrt(1 + x^2) (mu_d + rise / (1 + V / v_fall))` with `x = creep V`.
 #[derive(Debug)]
-struct Hyperbolic {
+struct Algebraic {
     creep: f64,
     mu_d: f64,
     rise: f64,
     v_fall: f64,
 }
 
-impl Hyperbolic {
-    /// With the limits, value and slope of `law` at `speed`, where that must slide, not creep.
+impl Algebraic {
+    /// With the creep slope factor and the kinetic coefficient of `law`, and its value and slope
+    /// at `speed`.
     fn touching(law: &Stribeck, speed: f64) -> Self {
-        let above = law.coefficient(speed) - law.mu_d;
-        let v_fall = -above / law.slope(speed) - speed;
-        let rise = above * (1.0 + speed / v_fall);
+        let x = law.creep * speed;
+        let (share, share_slope) = (x / x.hypot(1.0), law.creep / x.hypot(1.0).powi(3));
+        let sliding = law.coefficient(speed) / share;
+        let slope = (law.slope(speed) - share_slope * sliding) / share;
+        let above = sliding - law.mu_d;
+        let v_fall = -above / slope - speed;
         Self {
             creep: law.creep,
             mu_d: law.mu_d,
-            rise,
+            rise: above * (1.0 + speed / v_fall),
             v_fall,
         }
     }
 }
 
-impl FrictionLaw for Hyperbolic {
+impl FrictionLaw for Algebraic {
     fn ratio(&self, speed: f64) -> Ratio {
         let x = self.creep * speed;
-        // tanh(x)/x and its derivative, by their series where the closed form cancels.
-        let (share, share_slope) = if x < 0.03 {
-            let y = x * x;
-            let slope = -2.0 / 3.0 + y * (8.0 / 15.0 - y * (34.0 / 105.0 - y * 496.0 / 2835.0));
-            (
-                1.0 - y * (1.0 / 3.0 - y * (2.0 / 15.0 - y * 17.0 / 315.0)),
-                x * slope,
-            )
-        } else {
-            let share = x.tanh() / x;
-            (share, (x.cosh().powi(-2) - share) / x)
-        };
+        let share = self.creep / x.hypot(1.0);
+        let share_slope = -self.creep * x * share / (1.0 + x * x);
         let fall = 1.0 / (1.0 + speed / self.v_fall);
-        let (sliding, slope) = (
-            self.mu_d + self.rise * fall,
-            -self.rise * fall * fall / self.v_fall,
-        );
+        let sliding = self.mu_d + self.rise * fall;
+        let sliding_slope = -self.rise * fall * fall / self.v_fall;
         Ratio {
-            value: self.creep * share * sliding,
-            slope: self.creep * (self.creep * share_slope * sliding + share * slope),
+            value: share * sliding,
+            slope: share_slope * sliding + share * sliding_slope,
         }
     }
 
@@ -98,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|v| v * v)
         .sum::<f64>()
         .sqrt();
-    let own = Hyperbolic::touching(&paper, speed);
+    let own = Algebraic::touching(&paper, speed);
     println!(
         "steady sliding at {:.2} mm/s, mu = {:.4}",
         1e3 * speed,
@@ -108,7 +100,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, joint) in [
         ("Eq. (5)", Joint::new(&model)),
         (
-            "hyperbolic",
+            "own law",
             Joint::with_friction(&model, Arc::new(own), radial),
         ),
     ] {

@@ -35,7 +35,7 @@ mod error;
 mod outlet;
 mod part_file;
 mod patch;
-mod paths;
+pub mod paths;
 mod plot;
 mod portrait;
 mod recurrence;

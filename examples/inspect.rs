@@ -1,0 +1,133 @@
+//! Looks into a recording: which entities it holds, how many rows, over which time.
+//!
+//! Ends with an error if one of the entities that every full run writes is missing or empty.
+//! Given a folder (by default the current one) it first records 10 ms of `periodic-2deg` there,
+//! and looks into that.
+//!
+//! ```text
+//! cargo run --release --example inspect -- [FILE.rrd | FOLDER]
+//! ```
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use rerun::external::re_log_encoding::DecoderApp;
+use rerun::log::{Chunk, LogMsg};
+use squeakscope::pipeline::{Monitor, run};
+use squeakscope::record::{Output, RerunSink, paths};
+use squeakscope::scene::Scene;
+
+/// What a run of any scene with all analyses leaves, however short.
+const EXPECTED: &[&str] = &[
+    paths::ABOUT,
+    paths::NARRATION,
+    paths::LOG,
+    paths::DISPLACEMENT,
+    paths::VELOCITY,
+    paths::TILT,
+    paths::MODES_Q,
+    paths::MODES_QDOT,
+    paths::MODES_ENERGY,
+    paths::ENERGY,
+    paths::BODY,
+    paths::LOAD,
+    paths::ROTATION,
+    paths::NODES,
+    paths::FRICTION,
+    paths::NODE_COUNTS,
+    paths::CONTACT_FORCE,
+    paths::PORTRAIT_TRAIL,
+    paths::SPECTRUM_CURVE,
+    paths::RECURRENCE_IMAGE,
+    paths::HEALTH_SPEED,
+    paths::HEALTH_WORK,
+    paths::HEALTH_AUDIT,
+];
+
+/// What an entity holds.
+#[derive(Default)]
+struct Entity {
+    /// Rows on the timeline.
+    rows: usize,
+    /// Rows that hold at all times.
+    fixed: usize,
+    /// First and last time, ns.
+    range: Option<(i64, i64)>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let given = PathBuf::from(std::env::args_os().nth(1).unwrap_or_else(|| ".".into()));
+    let path = if given.is_dir() {
+        record(&given)?
+    } else {
+        given
+    };
+    let entities = read(&path)?;
+
+    println!("entity                       rows  static  simulated time in ms");
+    for (name, Entity { rows, fixed, range }) in &entities {
+        let ms = |ns: i64| format!("{:.3}", 1e-6 * ns as f64);
+        let range = range.map_or(String::new(), |(a, b)| format!("{} to {}", ms(a), ms(b)));
+        println!("{name:<25} {rows:>7} {fixed:>7}  {range}");
+    }
+    let there = |name: &&str| entities.get(*name).is_some_and(|e| e.rows + e.fixed > 0);
+    let missing: Vec<_> = EXPECTED
+        .iter()
+        .filter(|name| !there(name))
+        .copied()
+        .collect();
+    if !missing.is_empty() {
+        return Err(format!("{} lacks: {}", path.display(), missing.join(", ")).into());
+    }
+    println!(
+        "all {} main entities of {} entities are there",
+        EXPECTED.len(),
+        entities.len()
+    );
+    Ok(())
+}
+
+/// Records a short run into a folder.
+fn record(folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    let path = folder.join("inspect.rrd");
+    let scene = Scene::load("periodic-2deg")?.with_duration(10.0)?;
+    let output = Output {
+        save: Some(path.clone()),
+        ..Output::default()
+    };
+    let mut sink = RerunSink::new(&output, scene.record)?;
+    run(&scene, "example inspect", &mut sink, Monitor::default())?;
+    Ok(path)
+}
+
+/// The entities of a recording, its blueprint left out.
+fn read(path: &Path) -> Result<BTreeMap<String, Entity>, Box<dyn Error>> {
+    let mut entities = BTreeMap::<String, Entity>::new();
+    let file = File::open(path).map_err(|fault| format!("{}: {fault}", path.display()))?;
+    for message in DecoderApp::decode_lazy(BufReader::new(file)) {
+        let LogMsg::ArrowMsg(store, message) = message? else {
+            continue;
+        };
+        if store.is_blueprint() {
+            continue;
+        }
+        let chunk = Chunk::from_arrow_msg(&message)?;
+        let name = chunk.entity_path().to_string();
+        let entity = entities
+            .entry(name.trim_start_matches('/').to_owned())
+            .or_default();
+        if let Some(times) = chunk.timelines().get(&paths::TIMELINE.into()) {
+            entity.rows += chunk.num_rows();
+            let range = times.time_range();
+            let (first, last) = (range.min().as_i64(), range.max().as_i64());
+            let so_far = entity.range.get_or_insert((first, last));
+            *so_far = (so_far.0.min(first), so_far.1.max(last));
+        } else {
+            entity.fixed += chunk.num_rows();
+        }
+    }
+    Ok(entities)
+}

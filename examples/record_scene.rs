@@ -1,0 +1,65 @@
+//! Records a scene for the Rerun viewer, through the library instead of the command line.
+//!
+//! A scene comes by name or from a file, is changed under the ranges of its keys, and runs into a
+//! sink: here a `.rrd` file, which takes its name only once it is whole.
+//!
+//! ```text
+//! cargo run --release --example record_scene -- [FOLDER]
+//! rerun FOLDER/record_scene.rrd
+//! ```
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use squeakscope::pipeline::{Monitor, run};
+use squeakscope::record::{Output, RerunSink};
+use squeakscope::scene::Scene;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = PathBuf::from(std::env::args_os().nth(1).unwrap_or_else(|| ".".into()));
+    let path = folder.join("record_scene.rrd");
+
+    let scene = Scene::load("periodic-2deg")?
+        .with_tilt(3.0)?
+        .with_duration(60.0)?;
+    let output = Output {
+        save: Some(path.clone()),
+        ..Output::default()
+    };
+    let mut sink = RerunSink::new(&output, scene.record)?;
+    let summary = run(
+        &scene,
+        "example record_scene",
+        &mut sink,
+        Monitor::default(),
+    )?;
+
+    println!(
+        "{} at {:.1} deg: {:.0} ms simulated in {:.2} s, {:.2} of real time while integrating",
+        scene.name,
+        scene.tilt.at(0.0).to_degrees(),
+        1e3 * summary.simulated,
+        summary.wall,
+        summary.real_time_factor,
+    );
+    println!(
+        "displacement up to {:.3} um, velocity up to {:.2} mm/s",
+        1e6 * summary.amplitude,
+        1e3 * summary.peak_velocity,
+    );
+    for peak in summary.peaks.iter().take(3) {
+        println!(
+            "{:>8.1} Hz  {:>7.3} mm/s  {}",
+            peak.frequency,
+            1e3 * peak.amplitude,
+            peak.label,
+        );
+    }
+    println!(
+        "{} steps, {} calls of the right-hand side, energy audit {:.1e}",
+        summary.tally.steps, summary.tally.calls, summary.audit,
+    );
+    let megabytes = 1e-6 * std::fs::metadata(&path)?.len() as f64;
+    println!("{}: {megabytes:.1} MB", path.display());
+    Ok(())
+}
