@@ -227,7 +227,9 @@ pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
 }
 
 fn method(integrator: &scene::Integrator) -> Method {
-    let accuracy = Accuracy::relative(integrator.tolerance);
+    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
+    // the floor there is nothing to resolve.
+    let accuracy = Accuracy { floor: 1e-12, ..Accuracy::relative(integrator.tolerance) };
     let max_step = integrator.max_step;
     match integrator.method {
         scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
