@@ -83,17 +83,14 @@ impl Layout {
     fn squeak_tab(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
         let words = self.text("What you see", paths::NARRATION);
         let body = self.body(header, spec);
-        let patch = self.patch(
-            "Contact patch: blue slides, orange sticks, white is open",
-            header,
-        );
+        let patch = self.patch(header);
         let portrait = self.picture(
-            "Phase portrait: velocity against displacement",
+            "Phase portrait of the contact's centre",
             paths::PORTRAIT,
             Portrait::bounds(),
         );
         let recurrence = self.picture(
-            "Recurrence plot: bright where the motion comes back",
+            "Recurrence plot: bright = same again",
             paths::RECURRENCE,
             Recurrence::bounds(),
         );
@@ -108,23 +105,26 @@ impl Layout {
             spectrum::spectrum_plot(header).bounds(),
         );
         let displacement = self.series(
-            "Displacement of the contact's centre, µm (last 5 ms)",
+            "Displacement u, µm (last 5 ms)",
             paths::DISPLACEMENT,
             Some(SERIES_WINDOW),
         );
         let velocity = self.series(
-            "Its velocity, mm/s (last 5 ms)",
+            "Velocity v, mm/s (last 5 ms)",
             paths::VELOCITY,
             Some(SERIES_WINDOW),
         );
         let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        self.set(
-            &tilt,
-            &ScalarAxis::new().with_range(rerun::components::Range1D::new(
-                0.0,
-                (1.15 * header.max_tilt.to_degrees()).max(1.0),
-            )),
-        );
+        let tilt_range = (1.15 * header.max_tilt.to_degrees()).max(1.0);
+        self.range(&tilt, 0.0, tilt_range);
+        // Squeak grows until the slip just about reverses: its velocity is of the order of the
+        // sliding speed, its displacement no more than that of the lowest mode so excited.
+        let speed = header.sliding_speed;
+        if let Some(lowest) = header.modes.first() {
+            let largest = speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            self.range(&displacement, -1e6 * largest, 1e6 * largest);
+        }
+        self.range(&velocity, -2e3 * speed, 2e3 * speed);
         for view in [&displacement, &velocity, &tilt] {
             self.set(view, &PlotLegend::new().with_visible(false));
         }
@@ -144,10 +144,7 @@ impl Layout {
     }
 
     fn contact_tab(&mut self, header: &Header) -> ContainerLike {
-        let patch = self.patch(
-            "Contact patch: blue slides, orange sticks, white is open",
-            header,
-        );
+        let patch = self.patch(header);
         let counts = self.series(
             "Nodes that slip, stick, are open",
             paths::NODE_COUNTS,
@@ -245,6 +242,14 @@ impl Layout {
         view
     }
 
+    /// Fixes the vertical range of a time series; an empty range is left to the viewer.
+    fn range(&mut self, view: &ContainerLike, low: f64, high: f64) {
+        if low < high {
+            let range = rerun::components::Range1D::new(low, high);
+            self.set(view, &ScalarAxis::new().with_range(range));
+        }
+    }
+
     /// A picture with its own axes, shown whole.
     fn picture(&mut self, name: &str, path: &str, bounds: Bounds) -> ContainerLike {
         let view: ContainerLike = Spatial2DView::new(name).with_origin(path).into();
@@ -295,8 +300,8 @@ impl Layout {
     }
 
     /// The pole of the ball from above, near enough to see the patch at every tilt.
-    fn patch(&mut self, name: &str, header: &Header) -> ContainerLike {
-        let view: ContainerLike = Spatial3DView::new(name)
+    fn patch(&mut self, header: &Header) -> ContainerLike {
+        let view: ContainerLike = Spatial3DView::new("Contact patch, from above the ball")
             .with_origin(paths::SCENE_3D)
             .with_contents(
                 [
@@ -304,16 +309,17 @@ impl Layout {
                     paths::FRICTION,
                     paths::RIM,
                     paths::TILT_CIRCLES,
+                    paths::NODE_KEY,
                 ]
                 .map(|path| format!("+ /{path}")),
             )
             .into();
         let radius = 1e3 * header.ball_radius;
         let reach = radius * header.max_tilt.sin() + 0.12 * radius;
-        let height = radius + 2.1 * reach;
+        let height = radius + 1.75 * reach;
         self.eye(
             &view,
-            [0.0, -0.45 * (height - radius), height],
+            [0.0, -0.3 * (height - radius), height],
             [0.0, 0.0, radius],
             [0.0, 1.0, 0.0],
         );

@@ -21,7 +21,7 @@ const BATCH_NODES: usize = 32_000;
 /// Height above the ball at which the patch is drawn, so that the surface does not hide it.
 const LIFT: f64 = 1.002;
 /// Largest length of a friction arrow, relative to the radius of the patch.
-const ARROW: f64 = 0.45;
+const ARROW: f64 = 0.8;
 
 /// The patch as a whole, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +109,7 @@ impl Patch {
                 .with_colors(PatchState::ALL.map(|s| s.color().to_u32())),
         )?;
         draw_circles(rec, header)?;
+        draw_key(rec, header)?;
         Ok(Self {
             geometry: Arc::default(),
             load: header.load,
@@ -232,7 +233,7 @@ impl Patch {
         let arrows = Arrows3D::update_fields()
             .with_origins(positions())
             .with_colors([style::FRICTION])
-            .with_radii([Radius::new_ui_points(0.9)]);
+            .with_radii([Radius::new_ui_points(1.2)]);
         stream::log_at(rec, paths::FRICTION, time, &arrows)?;
 
         let axis = geometry.direction;
@@ -271,6 +272,29 @@ fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordErro
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
     Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
+}
+
+/// The key to the colours of the nodes, beside the largest circle.
+fn draw_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let radius = 1e3 * header.ball_radius;
+    let reach = radius * header.max_tilt.sin() + 0.12 * radius;
+    let entries = [
+        ("slides", style::node(NodeState::Slip)),
+        ("sticks", style::node(NodeState::Stick)),
+        ("open", style::node(NodeState::Separated)),
+        ("friction", style::FRICTION),
+    ];
+    let count = entries.len() as f64;
+    let places = (0..entries.len()).map(|k| {
+        let across = 2.0 * (k as f64 + 0.5) / count - 1.0;
+        [reach * across, -1.05 * reach, radius].map(|c| c as f32)
+    });
+    let key = Points3D::new(places)
+        .with_labels(entries.map(|(name, _)| name))
+        .with_show_labels(true)
+        .with_colors(entries.map(|(_, color)| color))
+        .with_radii([Radius::new_ui_points(4.0)]);
+    Ok(rec.log_static(paths::NODE_KEY, &key)?)
 }
 
 /// The circle on the ball at `angle` (rad) from the unit vector `axis`, mm.

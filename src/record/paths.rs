@@ -45,6 +45,8 @@ pub const NODES: &str = "joint/patch/nodes";
 pub const FRICTION: &str = "joint/patch/friction";
 /// Edge of the contact patch.
 pub const RIM: &str = "joint/patch/rim";
+/// What the colours of the nodes mean.
+pub const NODE_KEY: &str = "joint/patch/key";
 /// Circles of equal polar angle on the ball.
 pub const TILT_CIRCLES: &str = "joint/patch/circles";
 /// How many nodes stick, slip, have lifted off.

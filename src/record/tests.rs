@@ -130,6 +130,7 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::ROTATION,
         paths::RIM,
         paths::TILT_CIRCLES,
+        paths::NODE_KEY,
         paths::CONTACT_STATE,
         paths::NARRATION,
         paths::ABOUT,
