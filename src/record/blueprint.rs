@@ -13,12 +13,13 @@ use rerun::{
         TimePanel, TimeSeriesView, Vertical,
         components::{Corner2D, PanelState, PlayState},
     },
+    datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
     external::{
         re_log_types::BlueprintActivationCommand,
         re_sdk_types::blueprint::{
             archetypes::{
-                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, VisibleTimeRanges,
-                VisualBounds2D,
+                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TimeAxis,
+                VisibleTimeRanges, VisualBounds2D,
             },
             components::BackgroundKind,
         },
@@ -28,7 +29,7 @@ use rerun::{
 
 use super::{
     error::RecordError, paths, plot::Bounds, portrait::Portrait, recurrence::Recurrence,
-    sink::APPLICATION, spectrum, style,
+    sink::APPLICATION, spectrum, stream, style,
 };
 use crate::{pipeline::message::Header, scene::RecordSpec};
 
@@ -155,9 +156,14 @@ impl Layout {
             paths::CONTACT_FORCE,
             Some(SERIES_WINDOW),
         );
-        let state: ContainerLike = StateTimelineView::new("State of the patch")
+        self.range(&force, 0.0, 3.0 * header.load);
+        let state: ContainerLike = StateTimelineView::new("State of the patch (last 5 ms)")
             .with_origin(paths::CONTACT_STATE)
             .into();
+        self.set(
+            &state,
+            &TimeAxis::new().with_view_range(before_cursor(SERIES_WINDOW)),
+        );
         let embedding = self.embedding();
         let left = Vertical::new([patch, embedding]);
         let right = Vertical::new([counts, force, state]).with_row_shares(vec![0.42, 0.42, 0.16]);
@@ -169,8 +175,19 @@ impl Layout {
 
     fn modes_tab(&mut self) -> ContainerLike {
         let window = Some(SERIES_WINDOW);
-        let q = self.series("Modal coordinates, √kg µm", paths::MODES_Q, window);
-        let qdot = self.series("Modal velocities, √kg mm/s", paths::MODES_QDOT, window);
+        let q = self.series(
+            "Modal coordinates, √kg µm (colours as on the right)",
+            paths::MODES_Q,
+            window,
+        );
+        let qdot = self.series(
+            "Modal velocities, √kg mm/s (colours as above right)",
+            paths::MODES_QDOT,
+            window,
+        );
+        for view in [&q, &qdot] {
+            self.set(view, &PlotLegend::new().with_visible(false));
+        }
         let energy = self.series(
             "Vibration energy of each mode, µJ (whole run)",
             paths::MODES_ENERGY,
@@ -218,18 +235,13 @@ impl Layout {
 
     /// A time series of the last `window` s before the cursor, or of the whole run.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
-        use rerun::datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
         let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
         if let Some(window) = window {
-            let start = TimeInt(-super::stream::nanos(window));
             self.set(
                 &view,
                 &VisibleTimeRanges::new([VisibleTimeRange {
                     timeline: paths::TIMELINE.into(),
-                    range: TimeRange {
-                        start: TimeRangeBoundary::CursorRelative(start),
-                        end: TimeRangeBoundary::AT_CURSOR,
-                    },
+                    range: before_cursor(window),
                 }]),
             );
         }
@@ -382,5 +394,13 @@ impl Layout {
         messages.extend(properties.filter(|m| matches!(m, LogMsg::ArrowMsg(..))));
         rec.send_blueprint(messages, activation);
         Ok(())
+    }
+}
+
+/// The last `window` s before the time cursor.
+fn before_cursor(window: f64) -> TimeRange {
+    TimeRange {
+        start: TimeRangeBoundary::CursorRelative(TimeInt(-stream::nanos(window))),
+        end: TimeRangeBoundary::AT_CURSOR,
     }
 }

@@ -138,9 +138,8 @@ impl Body {
         let vertices = &self.header.outline.vertices;
         let lowest = vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
         let words = format!(
-            "yellow: moves {} µm (drawn {} times larger)",
+            "grey still, yellow moves {} µm",
             style::short(1e6 * self.scale.get()),
-            style::short(self.exaggeration),
         );
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])

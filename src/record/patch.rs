@@ -274,7 +274,7 @@ fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordErro
     Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
 }
 
-/// The key to the colours of the nodes, beside the largest circle.
+/// The key to the colours of the nodes, in a row below the circles.
 fn draw_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
     let radius = 1e3 * header.ball_radius;
     let reach = radius * header.max_tilt.sin() + 0.12 * radius;
@@ -287,7 +287,7 @@ fn draw_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
     let count = entries.len() as f64;
     let places = (0..entries.len()).map(|k| {
         let across = 2.0 * (k as f64 + 0.5) / count - 1.0;
-        [reach * across, -1.05 * reach, radius].map(|c| c as f32)
+        [reach * across, -0.64 * reach, radius].map(|c| c as f32)
     });
     let key = Points3D::new(places)
         .with_labels(entries.map(|(name, _)| name))

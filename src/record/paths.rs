@@ -75,7 +75,11 @@ pub const EMBEDDING_AXES: &str = "embedding/axes";
 pub const SPECTRUM: &str = "spectrum";
 /// Curve of the spectrum.
 pub const SPECTRUM_CURVE: &str = "spectrum/curve";
-/// Named lines of the spectrum.
+/// Names of the strongest lines of the spectrum.
+pub const SPECTRUM_NAMES: &str = "spectrum/names";
+/// Threads from the names to the lines.
+pub const SPECTRUM_STEMS: &str = "spectrum/stems";
+/// Tips of the strongest lines of the spectrum.
 pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
 /// Axes of the spectrum.
 pub const SPECTRUM_AXES: &str = "spectrum/axes";

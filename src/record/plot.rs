@@ -93,7 +93,7 @@ pub struct Plot {
 
 impl Plot {
     /// Space for labels round the field, pixels: left, right, above, below.
-    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 62.0];
+    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 68.0];
 
     /// The picture position of a pair of values.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
@@ -163,14 +163,14 @@ impl Plot {
         let mut points = Vec::new();
         let mut words = Vec::new();
         for &tick in &self.x.ticks {
-            points.push([self.at(tick, self.y.low)[0], self.height + 5.0]);
+            points.push([self.at(tick, self.y.low)[0], self.height + 11.0]);
             words.push(short(tick));
         }
         for &tick in &self.y.ticks {
             points.push([-26.0, self.at(self.x.low, tick)[1] - 12.0]);
             words.push(short(tick));
         }
-        points.push([0.5 * self.width, self.height + 34.0]);
+        points.push([0.5 * self.width, self.height + 40.0]);
         words.push(self.x.name.clone());
         points.push([0.5 * self.width, -36.0]);
         words.push(self.y.name.clone());

@@ -139,6 +139,8 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::EMBEDDING_TRAIL,
         paths::SPECTRUM_CURVE,
         paths::SPECTRUM_PEAKS,
+        paths::SPECTRUM_NAMES,
+        paths::SPECTRUM_STEMS,
         paths::RECURRENCE_IMAGE,
         paths::RECURRENCE_CAPTION,
         paths::HEALTH_SPEED,
