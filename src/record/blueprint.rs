@@ -9,8 +9,8 @@ use rerun::{
     Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
     blueprint::{
         Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-        Spatial2DView, Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView,
-        TimePanel, TimeSeriesView, Vertical,
+        Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
+        TimeSeriesView, Vertical,
         components::{Corner2D, PanelState, PlayState},
     },
     datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
@@ -18,8 +18,8 @@ use rerun::{
         re_log_types::BlueprintActivationCommand,
         re_sdk_types::blueprint::{
             archetypes::{
-                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TimeAxis,
-                VisibleTimeRanges, VisualBounds2D,
+                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, VisibleTimeRanges,
+                VisualBounds2D,
             },
             components::BackgroundKind,
         },
@@ -157,16 +157,9 @@ impl Layout {
             Some(SERIES_WINDOW),
         );
         self.range(&force, 0.0, 3.0 * header.load);
-        let state: ContainerLike = StateTimelineView::new("State of the patch (last 5 ms)")
-            .with_origin(paths::CONTACT_STATE)
-            .into();
-        self.set(
-            &state,
-            &TimeAxis::new().with_view_range(before_cursor(SERIES_WINDOW)),
-        );
         let embedding = self.embedding();
         let left = Vertical::new([patch, embedding]);
-        let right = Vertical::new([counts, force, state]).with_row_shares(vec![0.42, 0.42, 0.16]);
+        let right = Vertical::new([counts, force]);
         Horizontal::new([left.into(), right.into()])
             .with_column_shares(vec![0.45, 0.55])
             .with_name("Contact")

@@ -53,8 +53,6 @@ pub const TILT_CIRCLES: &str = "joint/patch/circles";
 pub const NODE_COUNTS: &str = "contact/nodes";
 /// Normal and friction force summed over the nodes.
 pub const CONTACT_FORCE: &str = "contact/force";
-/// The patch as a whole: sliding, partly lifted, partly stuck.
-pub const CONTACT_STATE: &str = "contact/state";
 
 /// Phase portrait.
 pub const PORTRAIT: &str = "portrait";

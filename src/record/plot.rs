@@ -71,8 +71,8 @@ impl Axis {
             Scaling::Linear => (value - self.low) / (self.high - self.low),
             Scaling::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
         };
-        // `max` first: not-a-number (the logarithm of a negative value) becomes 0.
-        share.max(0.0).min(1.0)
+        // Not-a-number, the logarithm of a negative value, is not positive either.
+        if share > 0.0 { share.min(1.0) } else { 0.0 }
     }
 }
 

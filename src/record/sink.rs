@@ -157,23 +157,31 @@ impl RerunSink {
         }
     }
 
-    fn close(&mut self) -> Result<(), RecordError> {
+    /// Sends what waits, and closes the file; its index is written then.
+    fn end_stream(&mut self) -> Result<(), RecordError> {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
         self.flush()?;
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
+        // Rerun reports no failure there, but an index that could not be written adds nothing.
+        let before = file.len()?;
+        self.rec.set_sink(Box::new(BufferedSink::new()));
+        self.rec
+            .flush_with_timeout(FLUSH_PATIENCE)
+            .map_err(|error| file.write_error(error.to_string()))?;
+        if file.len()? <= before {
+            return Err(file.write_error("the index at its end is missing".to_owned()));
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), RecordError> {
+        self.end_stream()?;
         if let Some(file) = &self.file {
-            let before = file.len()?;
-            // Swapping in a sink that keeps nothing closes the file, which writes its index.
-            // Rerun reports no failure there, but an index that could not be written adds
-            // nothing to the file.
-            self.rec.set_sink(Box::new(BufferedSink::new()));
-            self.rec
-                .flush_with_timeout(FLUSH_PATIENCE)
-                .map_err(|error| file.write_error(error.to_string()))?;
-            if file.len()? <= before {
-                return Err(file.write_error("the index at the end is missing".to_owned()));
-            }
             file.keep()?;
         }
         if self.lost.get() {
@@ -183,9 +191,24 @@ impl RerunSink {
     }
 }
 
+impl Drop for RerunSink {
+    /// A run that failed elsewhere never calls `finish`: its part file still gets all there is.
+    fn drop(&mut self) {
+        if self.encoder.is_some() {
+            // The run already has an error to report, and this one could tell nothing more.
+            let _ = self.end_stream();
+        }
+    }
+}
+
 impl Sink for RerunSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        Ok(self.take(&record)?)
+        let result = self.take(&record);
+        if result.is_err() {
+            // A broken stream is never touched again, not even to flush it.
+            self.encoder = None;
+        }
+        Ok(result?)
     }
 
     fn delivery(&self) -> Delivery {
