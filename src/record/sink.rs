@@ -258,12 +258,20 @@ fn spawn() -> Result<ProxyUri, RecordError> {
     let options = SpawnOptions {
         wait_for_bind: true,
         hide_welcome_screen: true,
+        // Left alone, the viewer would listen to the whole network.
+        extra_args: vec!["--bind".to_owned(), "127.0.0.1".to_owned()],
         ..SpawnOptions::default()
     };
     let info = rerun::spawn(&options).map_err(|error| {
         // The full text of the error is a page on installing; its first line is the reason.
         let text = error.to_string();
-        fault(text.lines().next().unwrap_or_default().to_owned())
+        fault(
+            text.lines()
+                .next()
+                .unwrap_or_default()
+                .trim_end_matches('.')
+                .to_owned(),
+        )
     })?;
     let url = format!("rerun+http://127.0.0.1:{}/proxy", info.port);
     url.parse::<ProxyUri>()
