@@ -11,6 +11,7 @@ use std::{
 use rerun::{
     RecordingStream, RecordingStreamBuilder, SpawnOptions,
     external::re_uri::ProxyUri,
+    log::ChunkBatcherConfig,
     sink::{BufferedSink, FileSink, GrpcSink, LogSink},
 };
 
@@ -33,6 +34,9 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Wall time that pictures, logged one by one, may lag behind the columns of samples: short
+/// enough that views agree while a run is watched or a file is loading.
+const PICTURE_LAG: Duration = Duration::from_millis(20);
 /// How long a flush may take before the disk counts as stuck.
 const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 /// How long to wait for a viewer's port.
@@ -95,7 +99,13 @@ impl RerunSink {
             (None, Some(viewer)) => Box::new(viewer),
             (None, None) => return Err(RecordError::NoOutput),
         };
-        let rec = RecordingStreamBuilder::new(APPLICATION).buffered()?;
+        let batcher = ChunkBatcherConfig {
+            flush_tick: PICTURE_LAG,
+            ..ChunkBatcherConfig::DEFAULT
+        };
+        let rec = RecordingStreamBuilder::new(APPLICATION)
+            .batcher_config(batcher)
+            .buffered()?;
         // Simulated time is the only time; wall-clock timelines would double the rows' size.
         rec.set_log_tick_enabled(false);
         rec.set_log_time_enabled(false);
