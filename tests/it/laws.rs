@@ -36,6 +36,7 @@ struct Cycle {
 
 /// The settled stick-slip cycle, started riding on the belt.
 fn cycle(joint: &Joint) -> Cycle {
+    // Errors must be small against the creep speed, not only against the motion.
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-7),
         max_step: 0.01,
