@@ -38,7 +38,7 @@ struct Cycle {
 fn cycle(joint: &Joint) -> Cycle {
     // Errors must be small against the creep speed, not only against the motion.
     let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-7),
+        accuracy: Accuracy::relative(1e-9),
         max_step: 0.01,
     };
     let mut integrator = Integrator::new(method, joint).unwrap();
