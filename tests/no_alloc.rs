@@ -1,4 +1,5 @@
-//! A step allocates nothing: workspaces are made once, by the constructor.
+//! A step allocates nothing: workspaces are made once, by the constructor. Nor does the joint,
+//! whatever its law of friction.
 #![allow(
     unsafe_code,
     reason = "a counting allocator must implement the unsafe GlobalAlloc trait"
@@ -6,8 +7,11 @@
 
 use std::alloc::{GlobalAlloc, Layout, System as SystemAllocator};
 use std::cell::Cell;
+use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio};
+use squeakscope::scene::Scene;
 
 /// The system's allocator, which counts the requests of each thread.
 struct Counting;
@@ -122,5 +126,139 @@ fn integrating_allocates_nothing() {
             tally.steps > 50 && (tally.rejections > 0) == adaptive,
             "{method:?}: {tally:?}"
         );
+    }
+}
+
+/// A law of one's own: viscous.
+#[derive(Debug)]
+struct Viscous;
+
+impl FrictionLaw for Viscous {
+    fn ratio(&self, _speed: f64) -> Ratio {
+        Ratio {
+            value: 10.0,
+            slope: 0.0,
+        }
+    }
+
+    fn stick_speed(&self) -> f64 {
+        0.0
+    }
+}
+
+/// The joint of a preset with each kind of friction, by name.
+fn joints() -> Vec<(&'static str, Joint)> {
+    let scene = Scene::load("torus-3deg").expect("a preset");
+    let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
+    let model = ball.model(scene.tilt.at(0.0)).expect("the preset's tilt");
+    let Friction::Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+        ..
+    } = model.friction
+    else {
+        panic!("the preset has friction");
+    };
+    let smooth = |radial| Friction::Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+        radial,
+    };
+    let with = |friction, unilateral| {
+        Joint::new(&Model {
+            friction,
+            unilateral,
+            ..model.clone()
+        })
+    };
+    let own = |radial| Joint::with_friction(&model, Arc::new(Viscous), radial);
+    vec![
+        ("Eq. (5)", with(smooth(true), true)),
+        ("no radial part", with(smooth(false), true)),
+        ("no lift-off", with(smooth(true), false)),
+        ("no friction", with(Friction::None, true)),
+        ("own law", own(true)),
+        ("own law, no radial part", own(false)),
+        ("energy audit", with(smooth(true), true).with_audit()),
+    ]
+}
+
+/// Modal velocities of 10 mm/s in alternate senses, in which some nodes lift off.
+fn kick(joint: &Joint) -> Vec<f64> {
+    let m = joint.modes();
+    let mut z = vec![0.0; joint.dim()];
+    for i in 0..m {
+        z[m + i] = if i % 2 == 0 { 0.01 } else { -0.01 };
+    }
+    z
+}
+
+#[test]
+fn a_pass_over_the_contact_nodes_allocates_nothing() {
+    for (name, joint) in joints() {
+        let m = joint.modes();
+        let mut z = kick(&joint);
+        // As far out as in motion: q is v over omega.
+        for i in 0..m {
+            z[i] = z[m + i] / joint.omega()[i];
+        }
+        let mut out = vec![0.0; joint.dim()];
+        let mut jacobian = vec![0.0; 4 * m * m];
+        let mut gaps = vec![0.0; joint.contact_nodes()];
+        let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
+        let mut probe = 0.0;
+        let count = requests(|| {
+            joint.rhs(0.0, &z, &mut out);
+            joint.jacobian(&z, &mut jacobian);
+            joint.gaps(&z[..m], &mut gaps);
+            joint.open_nodes(&z[..m], &mut open);
+            for k in 0..joint.contact_nodes() {
+                probe += joint.node_action(k, &z[..m], &z[m..2 * m]).normal;
+            }
+            probe += joint.probe_value(&z[..m]);
+        });
+        assert_eq!(count, 0, "{name} allocated");
+        // They did their work, in contact and out of it.
+        let open: u32 = open.iter().map(|byte| byte.count_ones()).sum();
+        let negative = gaps.iter().filter(|gap| **gap < 0.0).count();
+        assert_eq!(open as usize, negative);
+        assert!(0 < negative && negative < gaps.len(), "{negative} open");
+        assert!(probe.is_finite() && probe > 0.0);
+        assert!(out.iter().chain(&jacobian).all(|x| x.is_finite()));
+    }
+}
+
+#[test]
+fn integrating_the_joint_allocates_nothing() {
+    let method = Method::Lawson54 {
+        accuracy: Accuracy::relative(1e-6),
+        max_step: 20e-6,
+    };
+    for (name, joint) in joints() {
+        let m = joint.modes();
+        let start = kick(&joint);
+        let mut z = start.clone();
+        let mut integrator = Integrator::new(method, &joint).expect("valid parameters");
+        let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
+        let mut lifted = 0;
+        let count = requests(|| {
+            integrator.start(&joint, 0.0, &start).expect("finite start");
+            for k in 0..200 {
+                let t = 5e-6 * f64::from(k);
+                integrator.sample(&joint, t, &mut z).expect("a sample");
+                joint.open_nodes(&z[..m], &mut open);
+                lifted += open.iter().map(|byte| byte.count_ones()).sum::<u32>();
+            }
+            integrator.land(&joint, 1e-3).expect("a landing");
+            integrator.restart(&joint).expect("the same joint again");
+        });
+        let tally = integrator.tally();
+        assert_eq!(count, 0, "{name} allocated in {tally:?}");
+        assert!(tally.steps > 50, "{name}: {tally:?}");
+        assert!(lifted > 0, "{name}: no node lifted off");
     }
 }

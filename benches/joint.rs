@@ -1,0 +1,230 @@
+//! The hot loops of the joint, each against one parameter.
+//!
+//! * `force/nodes`: Eq. (8) against the number of contact nodes, with Eq. (5), lift-off and the
+//!   radial part.
+//! * `force/effect`: the same at 100 nodes with an effect left out, with a law of one's own, and
+//!   beside them the plain scalar loop anyone would write first: the yardstick.
+//! * `jacobian`, `open_nodes`, `retilt`: what is called once a stiff step, a sample, a frame.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use squeakscope::dynamics::System;
+use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
+use squeakscope::scene::Scene;
+
+/// Numbers of contact nodes.
+const NODES: [usize; 4] = [28, 100, 452, 2000];
+/// The number where the other parameters are swept.
+const USUAL: usize = 100;
+
+fn ball(nodes: usize) -> BallJoint {
+    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    scene.joint.contact.nodes = nodes;
+    BallJoint::new(&scene.joint).expect("the preset's joint")
+}
+
+fn model(nodes: usize) -> Model {
+    ball(nodes).model(TILT).expect("a patch clear of the beam")
+}
+
+/// Tilt of the load, rad.
+const TILT: f64 = 0.05;
+
+/// Modal velocities of the state that is timed, sqrt(kg) m/s.
+const SPEED: f64 = 30e-3;
+
+/// A state of mid-vibration: some nodes open, the rest in contact and sliding.
+fn state(joint: &Joint) -> Vec<f64> {
+    let m = joint.modes();
+    let mut z = vec![0.0; joint.dim()];
+    for i in 0..m {
+        let phase = 1.0 + 2.3 * i as f64;
+        z[i] = SPEED * phase.cos() / joint.omega()[i];
+        z[m + i] = -SPEED * phase.sin();
+    }
+    let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
+    joint.open_nodes(&z[..m], &mut open);
+    let open = open
+        .iter()
+        .map(|byte| byte.count_ones() as usize)
+        .sum::<usize>();
+    assert!(
+        0 < open && open < joint.contact_nodes(),
+        "{open} open: not a state of mid-vibration"
+    );
+    z
+}
+
+/// Eq. (5) once more, as a law of one's own.
+#[derive(Debug)]
+struct Own(Stribeck);
+
+impl FrictionLaw for Own {
+    fn ratio(&self, speed: f64) -> Ratio {
+        self.0.ratio(speed)
+    }
+
+    fn stick_speed(&self) -> f64 {
+        self.0.stick_speed()
+    }
+}
+
+/// The yardstick: Eq. (8) as it stands, node by node and mode by mode, without the equilibrium.
+struct Plain<'a> {
+    model: &'a Model,
+    law: Stribeck,
+}
+
+impl Plain<'_> {
+    fn force(&self, q: &[f64], v: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        let model = self.model;
+        for k in 0..model.nodes() {
+            let (shapes, normal) = (model.shapes_at(k), model.normals[k]);
+            let mut u_r = 0.0;
+            let mut slip = model.sliding_velocity[k];
+            for (i, shape) in shapes.iter().enumerate() {
+                for axis in 0..3 {
+                    u_r += shape[axis] * normal[axis] * q[i];
+                    slip[axis] += shape[axis] * v[i];
+                }
+            }
+            let stress = (model.pre_stress[k] + model.stiffness[k] * u_r).max(0.0);
+            let load = stress * model.areas[k];
+            let speed = slip.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let drag = load * self.law.coefficient(speed) / speed;
+            for (out, shape) in out.iter_mut().zip(shapes) {
+                for axis in 0..3 {
+                    *out -= shape[axis] * (drag * slip[axis] + load * normal[axis]);
+                }
+            }
+        }
+    }
+}
+
+fn force(c: &mut Criterion) {
+    let mut group = c.benchmark_group("force/nodes");
+    for nodes in NODES {
+        let joint = Joint::new(&model(nodes));
+        let z = state(&joint);
+        let mut out = vec![0.0; joint.modes()];
+        group.throughput(Throughput::Elements(nodes as u64));
+        group.bench_function(BenchmarkId::from_parameter(nodes), |b| {
+            b.iter(|| joint.force(0.0, black_box(&z), black_box(&mut out)));
+        });
+    }
+    group.finish();
+
+    let model = model(USUAL);
+    let Friction::Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+        ..
+    } = model.friction
+    else {
+        panic!("the preset has friction");
+    };
+    let law = Stribeck {
+        mu_s,
+        mu_d,
+        creep,
+        stribeck,
+    };
+    let without = |friction| {
+        Joint::new(&Model {
+            friction,
+            ..model.clone()
+        })
+    };
+    let full = Joint::new(&model);
+    let z = state(&full);
+    let m = full.modes();
+    let mut out = vec![0.0; m];
+
+    let mut group = c.benchmark_group("force/effect");
+    for (name, joint) in [
+        ("eq5", full.clone()),
+        (
+            "no-radial",
+            without(Friction::Stribeck {
+                mu_s,
+                mu_d,
+                creep,
+                stribeck,
+                radial: false,
+            }),
+        ),
+        ("no-friction", without(Friction::None)),
+        (
+            "no-lift-off",
+            Joint::new(&Model {
+                unilateral: false,
+                ..model.clone()
+            }),
+        ),
+        (
+            "own-law",
+            Joint::with_friction(&model, Arc::new(Own(law)), true),
+        ),
+    ] {
+        group.bench_function(name, |b| {
+            b.iter(|| joint.force(0.0, black_box(&z), black_box(&mut out)));
+        });
+    }
+    let plain = Plain { model: &model, law };
+    same(&plain, &full, &z);
+    let (q, v) = z.split_at(m);
+    group.bench_function("plain-loop", |b| {
+        b.iter(|| plain.force(black_box(q), black_box(v), black_box(&mut out)));
+    });
+    group.finish();
+}
+
+/// The yardstick measures the same thing.
+fn same(plain: &Plain<'_>, joint: &Joint, z: &[f64]) {
+    let m = joint.modes();
+    let (mut a, mut b) = (vec![0.0; m], vec![0.0; m]);
+    plain.force(&z[..m], &z[m..], &mut a);
+    joint.force(0.0, z, &mut b);
+    for ((a, b), steady) in a.iter().zip(&b).zip(&joint.equilibrium().force) {
+        assert!(
+            (a - steady - b).abs() < 1e-11 * steady.abs().max(1.0),
+            "{a} - {steady} != {b}"
+        );
+    }
+}
+
+fn others(c: &mut Criterion) {
+    let ball = ball(USUAL);
+    let joint = Joint::new(&model(USUAL));
+    let z = state(&joint);
+    let m = joint.modes();
+    let mut jacobian = vec![0.0; 4 * m * m];
+    c.bench_function("jacobian/100", |b| {
+        b.iter(|| joint.jacobian(black_box(&z), black_box(&mut jacobian)));
+    });
+    let mut open = vec![0; USUAL.div_ceil(8)];
+    c.bench_function("open_nodes/100", |b| {
+        b.iter(|| joint.open_nodes(black_box(&z[..m]), black_box(&mut open)));
+    });
+    c.bench_function("retilt/100", |b| {
+        b.iter(|| {
+            ball.joint(black_box(TILT))
+                .expect("a patch clear of the beam")
+        });
+    });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(40)
+        .warm_up_time(std::time::Duration::from_millis(300))
+        .measurement_time(std::time::Duration::from_secs(1));
+    targets = force, others
+}
+criterion_main!(benches);

@@ -1,0 +1,60 @@
+//! A sink of one's own: the narration and the strongest lines, as they arrive.
+//!
+//! A sink takes the records of a run in order, on the thread that called `run`. It may stop the
+//! run with an error, or keep up with it only loosely and let pictures be replaced by later ones.
+//!
+//! ```text
+//! cargo run --release --example live_numbers
+//! ```
+
+use std::error::Error;
+
+use squeakscope::pipeline::message::Record;
+use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
+use squeakscope::scene::Scene;
+
+/// Prints what a listener would like to know.
+struct Printer;
+
+impl Sink for Printer {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        match record {
+            Record::Header(header) => println!("{}: {}", header.scene, header.title),
+            Record::Narration { text, .. } => {
+                for line in text.lines().filter(|line| !line.is_empty()) {
+                    println!("        | {line}");
+                }
+            }
+            Record::Spectrum { time, peaks, .. } => {
+                let lines: Vec<_> = peaks
+                    .iter()
+                    .take(3)
+                    .map(|p| format!("{:.0} Hz ({:.2} mm/s)", p.frequency, 1e3 * p.amplitude))
+                    .collect();
+                println!("{:5.1} ms  {}", 1e3 * time, lines.join(", "));
+            }
+            Record::Warning { text, .. } => println!("warning: {text}"),
+            Record::Summary(summary) => println!(
+                "{} steps for {:.0} ms, {:.2} of real time; energy audit {:.1e}",
+                summary.tally.steps,
+                1e3 * summary.simulated,
+                summary.real_time_factor,
+                summary.audit,
+            ),
+            // Samples, pictures and health are for other sinks.
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scene = Scene::load("periodic-2deg")?.with_duration(80.0)?;
+    run(
+        &scene,
+        "example live_numbers",
+        &mut Printer,
+        Monitor::default(),
+    )?;
+    Ok(())
+}
