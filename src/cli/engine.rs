@@ -32,7 +32,10 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     if let Some(path) = job.npz {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
     }
-    let monitor = Monitor { stop: job.stop, progress: job.progress };
+    let monitor = Monitor {
+        stop: job.stop,
+        progress: job.progress,
+    };
     Ok(run(job.scene, job.command, &mut Tee::new(sinks), monitor)?)
 }
 
@@ -63,5 +66,9 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
     let arrays = ModelArrays::new(model, initial_state(scene, modes));
     let mut npz = Cursor::new(Vec::new());
     encode_model(&mut npz, &arrays)?;
-    Ok(ModelFile { nodes, modes, npz: npz.into_inner() })
+    Ok(ModelFile {
+        nodes,
+        modes,
+        npz: npz.into_inner(),
+    })
 }

@@ -82,12 +82,11 @@ impl OutputFile {
             });
         }
         let file = Self { path: target };
-        temporary_beside(&file.path)
-            .map_err(|source| OutputError::NotWritable {
-                path: path.to_owned(),
-                option,
-                source,
-            })?;
+        temporary_beside(&file.path).map_err(|source| OutputError::NotWritable {
+            path: path.to_owned(),
+            option,
+            source,
+        })?;
         Ok(file)
     }
 

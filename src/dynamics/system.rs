@@ -7,7 +7,7 @@
 /// w_j'                                          = g_j(t, z)      j = 1 .. first_order
 /// ```
 ///
-/// The state is `z = [q | q' | w]`, of length [`System::dim`]. The linear modal part is known
+/// Eq. (10): the state is `z = [q | q' | w]`, of length [`System::dim`]. The linear modal part is known
 /// apart, so that an exponential method can take it exactly. A plain system of first-order
 /// equations (Lorenz, say) has no modes; a quadrature (work, say) is a first-order component.
 pub trait System {

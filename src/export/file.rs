@@ -35,7 +35,10 @@ pub fn replace_file(
         file.persist(path).map_err(|fault| fault.error)?;
         Ok(())
     };
-    attempt().map_err(|source| OutputError { path: path.to_owned(), source })
+    attempt().map_err(|source| OutputError {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// A new file in the folder of `path`, gone when dropped; as readable as any other file.
@@ -69,7 +72,11 @@ mod tests {
         });
         assert!(fault.unwrap_err().to_string().contains("result.json"));
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing left beside");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "nothing left beside"
+        );
         replace_file(&path, |f| f.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
     }

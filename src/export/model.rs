@@ -86,9 +86,13 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
     }
     let (friction, radial) = match model.friction {
         Friction::None => (vec![0.0; 4], false),
-        Friction::Stribeck { mu_s, mu_d, creep, stribeck, radial } => {
-            (vec![mu_s, mu_d, creep, stribeck], radial)
-        }
+        Friction::Stribeck {
+            mu_s,
+            mu_d,
+            creep,
+            stribeck,
+            radial,
+        } => (vec![mu_s, mu_d, creep, stribeck], radial),
     };
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
@@ -102,7 +106,13 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
             ("areas", Array::vector(model.areas.clone())),
             ("pre_stress", Array::vector(model.pre_stress.clone())),
             ("stiffness", Array::vector(model.stiffness.clone())),
-            ("shapes", Array { shape: vec![n, 3, m], values: shapes }),
+            (
+                "shapes",
+                Array {
+                    shape: vec![n, 3, m],
+                    values: shapes,
+                },
+            ),
             ("omega", Array::vector(model.omega.clone())),
             ("damping", Array::vector(damping)),
             ("sliding_velocity", flat(&model.sliding_velocity)),
@@ -121,12 +131,16 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
 /// # Errors
 /// If the file cannot be read, an array is missing or its shape does not fit the others.
 pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
-    let mut reader = ModelReader { arrays: read_npz(path)? };
+    let mut reader = ModelReader {
+        arrays: read_npz(path)?,
+    };
     let n = reader.length("areas")?;
     let m = reader.length("omega")?;
     let version = reader.take("version", &[])?[0];
     if version != MODEL_VERSION {
-        return Err(invalid(format!("version {version}, but this program reads {MODEL_VERSION}")));
+        return Err(invalid(format!(
+            "version {version}, but this program reads {MODEL_VERSION}"
+        )));
     }
     let rows = reader.take("shapes", &[n, 3, m])?;
     let mut shapes = Vec::with_capacity(n * m);
@@ -136,9 +150,13 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     let radial = reader.take("radial", &[])?[0] != 0.0;
     let friction = match *reader.take("friction", &[4])? {
         [0.0, 0.0, ..] => Friction::None,
-        [mu_s, mu_d, creep, stribeck] => {
-            Friction::Stribeck { mu_s, mu_d, creep, stribeck, radial }
-        }
+        [mu_s, mu_d, creep, stribeck] => Friction::Stribeck {
+            mu_s,
+            mu_d,
+            creep,
+            stribeck,
+            radial,
+        },
         _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),
     };
     Ok(ModelArrays {
@@ -168,14 +186,20 @@ struct ModelReader {
 impl ModelReader {
     fn length(&self, name: &str) -> io::Result<usize> {
         let array = self.arrays.get(name).ok_or_else(|| missing(name))?;
-        array.shape.first().copied().ok_or_else(|| invalid(format!("`{name}` is a single number")))
+        array
+            .shape
+            .first()
+            .copied()
+            .ok_or_else(|| invalid(format!("`{name}` is a single number")))
     }
 
     fn take(&mut self, name: &str, shape: &[usize]) -> io::Result<Vec<f64>> {
         let array = self.arrays.remove(name).ok_or_else(|| missing(name))?;
         if array.shape != shape {
             let got = array.shape;
-            return Err(invalid(format!("`{name}` has the shape {got:?}, not {shape:?}")));
+            return Err(invalid(format!(
+                "`{name}` has the shape {got:?}, not {shape:?}"
+            )));
         }
         Ok(array.values)
     }

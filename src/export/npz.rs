@@ -23,18 +23,27 @@ pub struct Array {
 impl Array {
     /// A one-dimensional array.
     pub fn vector(values: Vec<f64>) -> Self {
-        Self { shape: vec![values.len()], values }
+        Self {
+            shape: vec![values.len()],
+            values,
+        }
     }
 
     /// An array of `rows` rows, of as many columns as the values give.
     pub fn matrix(rows: usize, values: Vec<f64>) -> Self {
         let columns = values.len().checked_div(rows).unwrap_or(0);
-        Self { shape: vec![rows, columns], values }
+        Self {
+            shape: vec![rows, columns],
+            values,
+        }
     }
 
     /// A single number.
     pub fn number(value: f64) -> Self {
-        Self { shape: vec![], values: vec![value] }
+        Self {
+            shape: vec![],
+            values: vec![value],
+        }
     }
 }
 
@@ -58,8 +67,11 @@ pub fn encode_npz(out: impl Write + Seek, arrays: &[(&str, Array)]) -> io::Resul
     for (name, array) in arrays {
         zip.start_file(format!("{name}.npy"), options)?;
         let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
-        let mut writer =
-            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut zip).begin_nd()?;
+        let mut writer = npyz::WriteOptions::new()
+            .default_dtype()
+            .shape(&shape)
+            .writer(&mut zip)
+            .begin_nd()?;
         writer.extend(array.values.iter())?;
         writer.finish()?;
     }
@@ -79,7 +91,13 @@ pub fn read_npz(path: &Path) -> io::Result<BTreeMap<String, Array>> {
         let name = entry.name()?.trim_end_matches(".npy").to_owned();
         let file = npyz::NpyFile::new(entry)?;
         let shape = file.shape().iter().map(|&n| n as usize).collect();
-        arrays.insert(name, Array { shape, values: file.into_vec()? });
+        arrays.insert(
+            name,
+            Array {
+                shape,
+                values: file.into_vec()?,
+            },
+        );
     }
     Ok(arrays)
 }

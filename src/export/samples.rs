@@ -26,7 +26,15 @@ impl SamplesSink {
     /// A sink that will write to `path`.
     pub fn new(path: PathBuf) -> Self {
         let empty = Vec::new;
-        Self { path, t: empty(), q: empty(), qdot: empty(), u: empty(), v: empty(), tilt_deg: empty() }
+        Self {
+            path,
+            t: empty(),
+            q: empty(),
+            qdot: empty(),
+            u: empty(),
+            v: empty(),
+            tilt_deg: empty(),
+        }
     }
 }
 
@@ -38,7 +46,8 @@ impl Sink for SamplesSink {
             self.qdot.extend(&frame.qdot);
             self.u.extend(&frame.displacement);
             self.v.extend(&frame.velocity);
-            self.tilt_deg.extend(std::iter::repeat_n(frame.tilt.to_degrees(), frame.len()));
+            self.tilt_deg
+                .extend(std::iter::repeat_n(frame.tilt.to_degrees(), frame.len()));
         }
         Ok(())
     }

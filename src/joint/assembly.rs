@@ -77,16 +77,26 @@ impl BallJoint {
                 match (&body.frequencies, published) {
                     (Frequencies::FiniteElement, _) => Ok(mode.frequency_hz),
                     (Frequencies::Published, Some(&hz)) => Ok(hz),
-                    (Frequencies::Published, None) => {
-                        Err(AssemblyError::Unpublished { label: mode.label() })
-                    }
+                    (Frequencies::Published, None) => Err(AssemblyError::Unpublished {
+                        label: mode.label(),
+                    }),
                 }
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let hertz =
-            Hertz::new(body.geometry.ball_diameter, &body.material, &spec.socket, spec.load);
+        let hertz = Hertz::new(
+            body.geometry.ball_diameter,
+            &body.material,
+            &spec.socket,
+            spec.load,
+        );
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Ok(Self { spec: spec.clone(), body: modes, frequencies_hz, hertz, points })
+        Ok(Self {
+            spec: spec.clone(),
+            body: modes,
+            frequencies_hz,
+            hertz,
+            points,
+        })
     }
 
     /// The parameters.
@@ -126,7 +136,10 @@ impl BallJoint {
 
     /// Velocity of steady sliding at the centre of the patch, m/s.
     pub fn sliding_velocity(&self, tilt: f64) -> [f64; 3] {
-        cross(self.spec.rotation, scale(self.direction(tilt), self.ball_radius()))
+        cross(
+            self.spec.rotation,
+            scale(self.direction(tilt), self.ball_radius()),
+        )
     }
 
     /// The contact model with the load tilted by `tilt` (rad).
@@ -152,7 +165,11 @@ impl BallJoint {
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
             self.body.shapes_at_ball(*normal, row).map_err(on_beam)?;
         }
-        let areas: Vec<f64> = self.points.iter().map(|point| point.area * patch_area).collect();
+        let areas: Vec<f64> = self
+            .points
+            .iter()
+            .map(|point| point.area * patch_area)
+            .collect();
         let pre_stress: Vec<f64> = self
             .points
             .iter()
@@ -162,18 +179,22 @@ impl BallJoint {
         let mean = self.spec.contact.stiffness_factor * self.hertz.stiffness() / patch_area;
         let stiffness = match self.spec.contact.stiffness {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
-            StiffnessLaw::LikePreStress => {
-                pre_stress.iter().map(|p| mean * p * patch_area / self.spec.load).collect()
-            }
+            StiffnessLaw::LikePreStress => pre_stress
+                .iter()
+                .map(|p| mean * p * patch_area / self.spec.load)
+                .collect(),
         };
         let positions: Vec<_> = normals.iter().map(|n| scale(*n, ball_radius)).collect();
-        let sliding_velocity =
-            positions.iter().map(|x| cross(self.spec.rotation, *x)).collect();
+        let sliding_velocity = positions
+            .iter()
+            .map(|x| cross(self.spec.rotation, *x))
+            .collect();
         // Eq. (24): the row of the central contact point along its sliding direction.
         let mut centre = vec![[0.0; 3]; m];
-        self.body.shapes_at_ball(direction, &mut centre).map_err(on_beam)?;
-        let along =
-            unit(self.sliding_velocity(tilt)).unwrap_or_else(|| any_normal(direction));
+        self.body
+            .shapes_at_ball(direction, &mut centre)
+            .map_err(on_beam)?;
+        let along = unit(self.sliding_velocity(tilt)).unwrap_or_else(|| any_normal(direction));
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
         Ok(Model {
             positions,
@@ -182,7 +203,11 @@ impl BallJoint {
             pre_stress,
             stiffness,
             shapes,
-            omega: self.frequencies_hz.iter().map(|hz| std::f64::consts::TAU * hz).collect(),
+            omega: self
+                .frequencies_hz
+                .iter()
+                .map(|hz| std::f64::consts::TAU * hz)
+                .collect(),
             damping: self.spec.damping.clone(),
             sliding_velocity,
             friction: self.spec.friction,

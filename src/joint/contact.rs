@@ -66,9 +66,9 @@ impl Joint {
         self.law.law().map_or(0.0, |law| law.stick_speed())
     }
 
-    /// The signed gaps `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, into
-    /// `gaps` (one a node). A node opens where its gap falls through zero; Eq. (18) without the
-    /// clamp, which would hide the crossing.
+    /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, into
+    /// `gaps` (one a node). A node opens where its own falls through zero. The clamp of the printed
+    /// equation is left out: it would hide the crossing.
     pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
         for (nodes, (block, rows)) in gaps.chunks_mut(LANES).zip(self.nodes.iter()) {
             for (lane, gap) in nodes.iter_mut().enumerate() {

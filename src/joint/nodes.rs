@@ -2,13 +2,14 @@
 //! frame.
 //!
 //! The frame of a node is `(e_s, e_t, e_r)`: along the steady sliding velocity, across it, and
-//! outwards. Eq. (4) then reads `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
+//! outwards. The slip velocity is then `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
 
 use super::Model;
 use super::lanes::{Eight, LANES};
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
 
-/// Rows of one mode at the nodes of a block, along `e_s`, `e_t`, `e_r`, 1/sqrt(kg).
+/// Eq. (7): the displacement is `u = sum over modes of Phi_i q_i`; these are the rows `Phi_i` of one
+/// mode at eight nodes, along `e_s`, `e_t`, `e_r`, 1/sqrt(kg).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows {
     pub s: Eight,
@@ -20,7 +21,8 @@ pub(crate) struct Rows {
 /// nothing and never divide by zero.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
-    /// Steady sliding speed `V_0 = |Omega x x|`, m/s.
+    /// Eq. (4): the slip velocity is `V = Omega x x + du/dt`; this is the speed of its steady part,
+    /// `V_0 = |Omega x x|` along `e_s`, m/s.
     pub speed: Eight,
     /// Pre-stress `p_n`, Pa.
     pub pre_stress: Eight,

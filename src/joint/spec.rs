@@ -98,7 +98,7 @@ pub enum StiffnessLaw {
 pub enum Friction {
     /// No friction.
     None,
-    /// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`. With
+    /// Of Eq. (5), `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`. With
     /// `mu_s = mu_d` it is Coulomb's constant coefficient, regularised.
     Stribeck {
         /// Static coefficient.

@@ -92,6 +92,17 @@ impl<L: Law> WithSimd for Traction<'_, L> {
 impl<L: Law> Traction<'_, L> {
     /// The loop, with or without lift-off; `sums` are the accumulators, one a mode. Where their
     /// number is known to the compiler, they stay in registers.
+    ///
+    /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
+    ///
+    /// Eq. (2): `N = max(0, p_n + k_c u_r)`, with `u_r` (m) from steady sliding.
+    ///
+    /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
+    ///
+    /// Eq. (6): the virtual work of both, summed over the nodes with their areas `Delta A` (m^2).
+    ///
+    /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
+    /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
     #[inline(always)]
     fn pass<S: Simd, const UNILATERAL: bool>(self, simd: S, sums: &mut [Vector<S>]) -> Passed {
         let modes = sums.len();
@@ -101,7 +112,7 @@ impl<L: Law> Traction<'_, L> {
         for (block, rows) in self.nodes.iter() {
             let rows = &rows[..modes];
             for part in 0..parts::<S>() {
-                // Eq. (2)
+                // Normal stress.
                 let mut u_r = zero;
                 for i in 0..modes {
                     u_r = rows[i]
@@ -121,7 +132,7 @@ impl<L: Law> Traction<'_, L> {
                     }
                     continue;
                 }
-                // Eq. (4)
+                // Slip velocity.
                 let steady_speed = block.speed.part(simd, part);
                 let (mut along, mut across, mut outward) = (steady_speed, zero, zero);
                 for i in 0..modes {
@@ -138,7 +149,7 @@ impl<L: Law> Traction<'_, L> {
                 }
                 // A hair above zero, so that mu(V)/V can be formed by a division.
                 let speed = square.at_least(1e-280).sqrt();
-                // Eq. (3): -mu N V_vec / V
+                // Friction force.
                 let drag = -(normal * self.law.ratio(simd, speed));
                 let (drag_along, drag_across) = (drag * along, drag * across);
                 let deviation = drag_along - block.steady_friction.part(simd, part);
@@ -150,7 +161,7 @@ impl<L: Law> Traction<'_, L> {
                     power = drag_outward.mul_add(outward, power);
                     radial = drag_outward - normal;
                 }
-                // Eq. (8)
+                // Generalised forces.
                 for i in 0..modes {
                     let sum = rows[i].s.part(simd, part).mul_add(drag_along, sums[i]);
                     let sum = rows[i].t.part(simd, part).mul_add(drag_across, sum);

@@ -27,12 +27,19 @@ impl HealthMeter {
         let span = frame.end() - self.time;
         let per_ms = |now: u64, before: u64| (now - before) as f64 / (1e3 * span);
         for sample in &frame.energy {
-            self.turnover = self.turnover.max(sample.total).max(sample.friction_work.abs());
+            self.turnover = self
+                .turnover
+                .max(sample.total)
+                .max(sample.friction_work.abs());
         }
         // A joint at rest has turned over nothing, and misses nothing.
         let scale = self.turnover.max(f64::MIN_POSITIVE);
         if !frame.energy.is_empty() {
-            self.audit = frame.energy.iter().map(|s| s.residual.abs() / scale).fold(0.0, f64::max);
+            self.audit = frame
+                .energy
+                .iter()
+                .map(|s| s.residual.abs() / scale)
+                .fold(0.0, f64::max);
         }
         let health = Health {
             time: frame.end(),

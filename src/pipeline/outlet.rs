@@ -23,7 +23,12 @@ pub struct RecorderGone;
 
 impl Outlet {
     pub fn new(sender: Sender<Record>, delivery: Delivery) -> Self {
-        Self { sender, delivery, held: Vec::new(), drops: 0 }
+        Self {
+            sender,
+            delivery,
+            held: Vec::new(),
+            drops: 0,
+        }
     }
 
     /// Pictures replaced so far.
@@ -38,7 +43,10 @@ impl Outlet {
 
     /// Sends what is still held; waits for it.
     pub fn flush(&mut self) -> Result<(), RecorderGone> {
-        self.held.drain(..).try_for_each(|record| self.sender.send(record)).map_err(|_| RecorderGone)
+        self.held
+            .drain(..)
+            .try_for_each(|record| self.sender.send(record))
+            .map_err(|_| RecorderGone)
     }
 
     fn send_or_hold(&mut self, record: Record) -> Result<(), RecorderGone> {
@@ -47,7 +55,11 @@ impl Outlet {
             Err(TrySendError::Disconnected(_)) => Err(RecorderGone),
             Err(TrySendError::Full(record)) => {
                 let kind = std::mem::discriminant(&record);
-                match self.held.iter_mut().find(|r| std::mem::discriminant(*r) == kind) {
+                match self
+                    .held
+                    .iter_mut()
+                    .find(|r| std::mem::discriminant(*r) == kind)
+                {
                     None => self.held.push(record),
                     Some(older) => {
                         *older = record;
@@ -79,11 +91,17 @@ mod tests {
     use super::*;
 
     fn picture(time: f64) -> Record {
-        Record::Embedding { time, points: vec![] }
+        Record::Embedding {
+            time,
+            points: vec![],
+        }
     }
 
     fn words(time: f64) -> Record {
-        Record::Narration { time, text: String::new() }
+        Record::Narration {
+            time,
+            text: String::new(),
+        }
     }
 
     /// While the recorder is stuck, the latest picture of a kind survives; words are never lost.

@@ -32,7 +32,10 @@ impl Default for Monitor<'_> {
     /// Nobody watches, nobody stops.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { stop: &NEVER, progress: &|_| () }
+        Self {
+            stop: &NEVER,
+            progress: &|_| (),
+        }
     }
 }
 
@@ -62,9 +65,13 @@ pub fn run(
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
-        let simulating = spawn(scope, "simulate", move || simulate(simulation, frame_out, monitor))?;
+        let simulating = spawn(scope, "simulate", move || {
+            simulate(simulation, frame_out, monitor)
+        })?;
         let outlet = Outlet::new(record_out, sink.delivery());
-        let analysing = spawn(scope, "analyse", move || analyse(analyser, &frame_in, outlet))?;
+        let analysing = spawn(scope, "analyse", move || {
+            analyse(analyser, &frame_in, outlet)
+        })?;
         let recorded = record(sink, Record::Header(header), record_in);
         let analysed = join(analysing, "analyse");
         let simulated = join(simulating, "simulate");
@@ -78,7 +85,8 @@ pub fn run(
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
         summary.interrupted = summary.simulated < 0.999 * scene.duration;
-        sink.accept(Record::Summary(Arc::new(summary.clone()))).map_err(PipelineError::Sink)?;
+        sink.accept(Record::Summary(Arc::new(summary.clone())))
+            .map_err(PipelineError::Sink)?;
         sink.finish().map_err(PipelineError::Sink)?;
         Ok(summary)
     });
@@ -94,7 +102,9 @@ fn simulate(
     monitor: Monitor<'_>,
 ) -> Result<(), PipelineError> {
     while !monitor.stopping() {
-        let Some(frame) = simulation.next_frame()? else { break };
+        let Some(frame) = simulation.next_frame()? else {
+            break;
+        };
         let end = frame.end();
         if frames.send(frame).is_err() {
             // The analysis has stopped; its own error says why.
@@ -115,7 +125,9 @@ fn analyse(
         let frame = Arc::new(frame);
         analyser.push(&frame, &mut outlet)?;
         let measured = health.measure(&frame, frames.len(), outlet.waiting(), outlet.drops());
-        outlet.accept(Record::Health(measured)).map_err(PipelineError::Sink)?;
+        outlet
+            .accept(Record::Health(measured))
+            .map_err(PipelineError::Sink)?;
     }
     outlet.flush()?;
     let mut summary = analyser.summary();

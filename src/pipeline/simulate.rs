@@ -69,7 +69,10 @@ impl Simulation {
         let bytes = scene.joint.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
         joint.open_nodes(&z[..joint.modes()], &mut open[0]);
-        let audit = Audit { start: joint.energy(&z).total(), by_tilt: 0.0 };
+        let audit = Audit {
+            start: joint.energy(&z).total(),
+            by_tilt: 0.0,
+        };
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
             scene: scene.clone(),
@@ -101,7 +104,10 @@ impl Simulation {
             modes: modes
                 .iter()
                 .zip(self.ball.frequencies_hz())
-                .map(|(mode, &frequency_hz)| ModeInfo { label: mode.label(), frequency_hz })
+                .map(|(mode, &frequency_hz)| ModeInfo {
+                    label: mode.label(),
+                    frequency_hz,
+                })
                 .collect(),
             sample_rate: scene.sample_rate,
             duration: scene.duration,
@@ -120,7 +126,9 @@ impl Simulation {
 
     /// The number of samples of the whole run.
     fn samples(&self) -> u64 {
-        (self.scene.duration * self.scene.sample_rate).round().max(1.0) as u64
+        (self.scene.duration * self.scene.sample_rate)
+            .round()
+            .max(1.0) as u64
     }
 
     /// The next frame; `None` when the planned time is over.
@@ -162,8 +170,11 @@ impl Simulation {
             frame.velocity.push(self.joint.probe_value(v));
             let [before, now] = &mut self.open;
             self.joint.open_nodes(q, now);
-            frame.transitions +=
-                before.iter().zip(&*now).map(|(a, b)| u64::from((a ^ b).count_ones())).sum::<u64>();
+            frame.transitions += before
+                .iter()
+                .zip(&*now)
+                .map(|(a, b)| u64::from((a ^ b).count_ones()))
+                .sum::<u64>();
             std::mem::swap(before, now);
             if index % patch_every == 0 {
                 frame.patch.push(patch_snapshot(&self.joint, time, q, v));
@@ -227,7 +238,12 @@ pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
 }
 
 fn method(integrator: &scene::Integrator) -> Method {
-    let accuracy = Accuracy::relative(integrator.tolerance);
+    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
+    // the floor there is nothing to resolve.
+    let accuracy = Accuracy {
+        floor: 1e-12,
+        ..Accuracy::relative(integrator.tolerance)
+    };
     let max_step = integrator.max_step;
     match integrator.method {
         scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
@@ -268,7 +284,9 @@ fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapsh
         snapshot.states.push(state);
         snapshot.normal_force.push(action.normal);
         snapshot.friction.push(std::array::from_fn(|axis| {
-            (0..3).map(|along| action.friction[along] * frame[along][axis]).sum()
+            (0..3)
+                .map(|along| action.friction[along] * frame[along][axis])
+                .sum()
         }));
     }
     snapshot

@@ -64,17 +64,29 @@ impl Tee {
 
 impl Sink for Tee {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        self.sinks.iter_mut().try_for_each(|sink| sink.accept(record.clone()))
+        self.sinks
+            .iter_mut()
+            .try_for_each(|sink| sink.accept(record.clone()))
     }
 
     fn delivery(&self) -> Delivery {
-        let everything = self.sinks.iter().any(|sink| sink.delivery() == Delivery::Everything);
-        if everything { Delivery::Everything } else { Delivery::LatestPictures }
+        let everything = self
+            .sinks
+            .iter()
+            .any(|sink| sink.delivery() == Delivery::Everything);
+        if everything {
+            Delivery::Everything
+        } else {
+            Delivery::LatestPictures
+        }
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
         // One that fails does not keep the others from finishing; the first fault is told.
-        self.sinks.iter_mut().map(|sink| sink.finish()).fold(Ok(()), Result::and)
+        self.sinks
+            .iter_mut()
+            .map(|sink| sink.finish())
+            .fold(Ok(()), Result::and)
     }
 
     fn abandon(&mut self) {

@@ -9,10 +9,11 @@ use rerun::{
     Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
     blueprint::{
         Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-        Spatial2DView, Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TextLogView,
-        TimePanel, TimeSeriesView, Vertical,
+        Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
+        TimeSeriesView, Vertical,
         components::{Corner2D, PanelState, PlayState},
     },
+    datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
     external::{
         re_log_types::BlueprintActivationCommand,
         re_sdk_types::blueprint::{
@@ -28,7 +29,7 @@ use rerun::{
 
 use super::{
     error::RecordError, paths, plot::Bounds, portrait::Portrait, recurrence::Recurrence,
-    sink::APPLICATION, spectrum, style,
+    sink::APPLICATION, spectrum, stream, style,
 };
 use crate::{pipeline::message::Header, scene::RecordSpec};
 
@@ -83,17 +84,14 @@ impl Layout {
     fn squeak_tab(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
         let words = self.text("What you see", paths::NARRATION);
         let body = self.body(header, spec);
-        let patch = self.patch(
-            "Contact patch: blue slides, orange sticks, white is open",
-            header,
-        );
+        let patch = self.patch(header);
         let portrait = self.picture(
-            "Phase portrait: velocity against displacement",
+            "Phase portrait of the contact's centre",
             paths::PORTRAIT,
             Portrait::bounds(),
         );
         let recurrence = self.picture(
-            "Recurrence plot: bright where the motion comes back",
+            "Recurrence plot: bright = same again",
             paths::RECURRENCE,
             Recurrence::bounds(),
         );
@@ -108,23 +106,26 @@ impl Layout {
             spectrum::spectrum_plot(header).bounds(),
         );
         let displacement = self.series(
-            "Displacement of the contact's centre, µm (last 5 ms)",
+            "Displacement u, µm (last 5 ms)",
             paths::DISPLACEMENT,
             Some(SERIES_WINDOW),
         );
         let velocity = self.series(
-            "Its velocity, mm/s (last 5 ms)",
+            "Velocity v, mm/s (last 5 ms)",
             paths::VELOCITY,
             Some(SERIES_WINDOW),
         );
         let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        self.set(
-            &tilt,
-            &ScalarAxis::new().with_range(rerun::components::Range1D::new(
-                0.0,
-                (1.15 * header.max_tilt.to_degrees()).max(1.0),
-            )),
-        );
+        let tilt_range = (1.15 * header.max_tilt.to_degrees()).max(1.0);
+        self.range(&tilt, 0.0, tilt_range);
+        // Squeak grows until the slip just about reverses: its velocity is of the order of the
+        // sliding speed, its displacement no more than that of the lowest mode so excited.
+        let speed = header.sliding_speed;
+        if let Some(lowest) = header.modes.first() {
+            let largest = speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            self.range(&displacement, -1e6 * largest, 1e6 * largest);
+        }
+        self.range(&velocity, -2e3 * speed, 2e3 * speed);
         for view in [&displacement, &velocity, &tilt] {
             self.set(view, &PlotLegend::new().with_visible(false));
         }
@@ -144,10 +145,7 @@ impl Layout {
     }
 
     fn contact_tab(&mut self, header: &Header) -> ContainerLike {
-        let patch = self.patch(
-            "Contact patch: blue slides, orange sticks, white is open",
-            header,
-        );
+        let patch = self.patch(header);
         let counts = self.series(
             "Nodes that slip, stick, are open",
             paths::NODE_COUNTS,
@@ -158,12 +156,10 @@ impl Layout {
             paths::CONTACT_FORCE,
             Some(SERIES_WINDOW),
         );
-        let state: ContainerLike = StateTimelineView::new("State of the patch")
-            .with_origin(paths::CONTACT_STATE)
-            .into();
+        self.range(&force, 0.0, 3.0 * header.load);
         let embedding = self.embedding();
         let left = Vertical::new([patch, embedding]);
-        let right = Vertical::new([counts, force, state]).with_row_shares(vec![0.42, 0.42, 0.16]);
+        let right = Vertical::new([counts, force]);
         Horizontal::new([left.into(), right.into()])
             .with_column_shares(vec![0.45, 0.55])
             .with_name("Contact")
@@ -172,8 +168,19 @@ impl Layout {
 
     fn modes_tab(&mut self) -> ContainerLike {
         let window = Some(SERIES_WINDOW);
-        let q = self.series("Modal coordinates, √kg µm", paths::MODES_Q, window);
-        let qdot = self.series("Modal velocities, √kg mm/s", paths::MODES_QDOT, window);
+        let q = self.series(
+            "Modal coordinates, √kg µm (colours as on the right)",
+            paths::MODES_Q,
+            window,
+        );
+        let qdot = self.series(
+            "Modal velocities, √kg mm/s (colours as above right)",
+            paths::MODES_QDOT,
+            window,
+        );
+        for view in [&q, &qdot] {
+            self.set(view, &PlotLegend::new().with_visible(false));
+        }
         let energy = self.series(
             "Vibration energy of each mode, µJ (whole run)",
             paths::MODES_ENERGY,
@@ -221,18 +228,13 @@ impl Layout {
 
     /// A time series of the last `window` s before the cursor, or of the whole run.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
-        use rerun::datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
         let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
         if let Some(window) = window {
-            let start = TimeInt(-super::stream::nanos(window));
             self.set(
                 &view,
                 &VisibleTimeRanges::new([VisibleTimeRange {
                     timeline: paths::TIMELINE.into(),
-                    range: TimeRange {
-                        start: TimeRangeBoundary::CursorRelative(start),
-                        end: TimeRangeBoundary::AT_CURSOR,
-                    },
+                    range: before_cursor(window),
                 }]),
             );
         }
@@ -243,6 +245,14 @@ impl Layout {
                 .with_corner(Corner2D::LeftTop),
         );
         view
+    }
+
+    /// Fixes the vertical range of a time series; an empty range is left to the viewer.
+    fn range(&mut self, view: &ContainerLike, low: f64, high: f64) {
+        if low < high {
+            let range = rerun::components::Range1D::new(low, high);
+            self.set(view, &ScalarAxis::new().with_range(range));
+        }
     }
 
     /// A picture with its own axes, shown whole.
@@ -295,8 +305,8 @@ impl Layout {
     }
 
     /// The pole of the ball from above, near enough to see the patch at every tilt.
-    fn patch(&mut self, name: &str, header: &Header) -> ContainerLike {
-        let view: ContainerLike = Spatial3DView::new(name)
+    fn patch(&mut self, header: &Header) -> ContainerLike {
+        let view: ContainerLike = Spatial3DView::new("Contact patch, from above the ball")
             .with_origin(paths::SCENE_3D)
             .with_contents(
                 [
@@ -304,16 +314,17 @@ impl Layout {
                     paths::FRICTION,
                     paths::RIM,
                     paths::TILT_CIRCLES,
+                    paths::NODE_KEY,
                 ]
                 .map(|path| format!("+ /{path}")),
             )
             .into();
         let radius = 1e3 * header.ball_radius;
         let reach = radius * header.max_tilt.sin() + 0.12 * radius;
-        let height = radius + 2.1 * reach;
+        let height = radius + 1.75 * reach;
         self.eye(
             &view,
-            [0.0, -0.45 * (height - radius), height],
+            [0.0, -0.3 * (height - radius), height],
             [0.0, 0.0, radius],
             [0.0, 1.0, 0.0],
         );
@@ -376,5 +387,13 @@ impl Layout {
         messages.extend(properties.filter(|m| matches!(m, LogMsg::ArrowMsg(..))));
         rec.send_blueprint(messages, activation);
         Ok(())
+    }
+}
+
+/// The last `window` s before the time cursor.
+fn before_cursor(window: f64) -> TimeRange {
+    TimeRange {
+        start: TimeRangeBoundary::CursorRelative(TimeInt(-stream::nanos(window))),
+        end: TimeRangeBoundary::AT_CURSOR,
     }
 }

@@ -27,6 +27,11 @@ pub struct Body {
     next: f64,
     scale: FullScale,
     map: ColorMap,
+    /// Mode shapes, one after the other: `3 vertices` numbers a mode, 1/sqrt(kg). Single
+    /// precision is plenty for a picture.
+    shapes: Vec<f32>,
+    /// Displacement of the vertices, m; `3 vertices` numbers.
+    moved: Vec<f32>,
     times: Vec<i64>,
     positions: Vec<[f32; 3]>,
     colors: Vec<Color>,
@@ -56,7 +61,9 @@ impl Body {
             every: 1.0 / rate,
             next: 0.0,
             scale: FullScale::new(SMALLEST),
-            map: ColorMap::viridis(),
+            map: ColorMap::steel(),
+            shapes: by_mode(outline, header.modes.len()),
+            moved: vec![0.0; 3 * outline.vertices.len()],
             times: Vec::new(),
             positions: Vec::new(),
             colors: Vec::new(),
@@ -80,18 +87,19 @@ impl Body {
                 self.next += self.every;
             }
             self.times.push(stream::nanos(frame.time(k)));
-            let full = self.scale.get();
-            for (vertex, rest) in outline.vertices.iter().enumerate() {
-                let shapes = &outline.shapes[vertex * frame.modes..][..frame.modes];
-                let moved = displacement(shapes, q);
-                let size = moved.iter().map(|c| c * c).sum::<f64>().sqrt();
-                self.peak = self.peak.max(size);
+            displace(&self.shapes, q, &mut self.moved);
+            let full = self.scale.get() as f32;
+            let mut peak = 0.0f32;
+            for (rest, moved) in outline.vertices.iter().zip(self.moved.chunks_exact(3)) {
+                let size = moved.iter().map(|c| c * c).sum::<f32>().sqrt();
+                peak = peak.max(size);
                 self.positions.push(std::array::from_fn(|i| {
-                    (1e3 * (rest[i] + self.exaggeration * moved[i])) as f32
+                    (1e3 * (rest[i] + self.exaggeration * f64::from(moved[i]))) as f32
                 }));
-                let [r, g, b] = self.map.at((size / full) as f32);
+                let [r, g, b] = self.map.at(size / full);
                 self.colors.push(style::rgb(r, g, b));
             }
+            self.peak = self.peak.max(f64::from(peak));
         }
         if self.positions.len() >= BATCH_VERTICES {
             self.send(rec)?;
@@ -130,9 +138,8 @@ impl Body {
         let vertices = &self.header.outline.vertices;
         let lowest = vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
         let words = format!(
-            "yellow: moves {} µm (drawn {} times larger)",
+            "grey still, yellow moves {} µm",
             style::short(1e6 * self.scale.get()),
-            style::short(self.exaggeration),
         );
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])
@@ -142,11 +149,22 @@ impl Body {
     }
 }
 
-/// Eq. (7) at one vertex: the sum of mode shapes times modal coordinates, m.
-fn displacement(shapes: &[[f64; 3]], q: &[f64]) -> [f64; 3] {
-    shapes.iter().zip(q).fold([0.0; 3], |sum, (shape, q)| {
-        std::array::from_fn(|i| sum[i] + shape[i] * q)
-    })
+/// Mode shapes in the order in which they are summed: all vertices of a mode in a row.
+fn by_mode(outline: &Outline, modes: usize) -> Vec<f32> {
+    (0..modes)
+        .flat_map(|mode| outline.shapes.iter().skip(mode).step_by(modes))
+        .flat_map(|shape| shape.map(|c| c as f32))
+        .collect()
+}
+
+/// Eq. (7) at all vertices: the sum of mode shapes times modal coordinates, m.
+fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
+    moved.fill(0.0);
+    for (shape, &q) in shapes.chunks_exact(moved.len()).zip(q) {
+        for (sum, part) in moved.iter_mut().zip(shape) {
+            *sum += part * q as f32;
+        }
+    }
 }
 
 /// Unit normals at the vertices, weighted by the areas of the triangles that meet there.
@@ -213,7 +231,13 @@ mod tests {
 
     #[test]
     fn displacement_sums_shapes() {
-        let shapes = [[1.0, 0.0, 2.0], [0.0, -3.0, 1.0]];
-        assert_eq!(displacement(&shapes, &[2.0, 0.5]), [2.0, -1.5, 4.5]);
+        // Two vertices, two modes.
+        let outline = Outline {
+            shapes: vec![[1.0, 0.0, 2.0], [0.0, -3.0, 1.0], [4.0; 3], [-8.0; 3]],
+            ..Outline::default()
+        };
+        let mut moved = [f32::NAN; 6];
+        displace(&by_mode(&outline, 2), &[2.0, 0.5], &mut moved);
+        assert_eq!(moved, [2.0, -1.5, 4.5, 4.0, 4.0, 4.0]);
     }
 }

@@ -56,7 +56,7 @@ impl Encoder {
             embedding: Embedding::new(),
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(),
+            recurrence: Recurrence::new(rec)?,
             header,
         })
     }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use rerun::{Arrows3D, LineStrips3D, Points3D, Radius, RecordingStream, StateChange};
+use rerun::{Arrows3D, LineStrips3D, Points3D, Radius, RecordingStream};
 
 use super::{
     error::RecordError,
@@ -21,52 +21,7 @@ const BATCH_NODES: usize = 32_000;
 /// Height above the ball at which the patch is drawn, so that the surface does not hide it.
 const LIFT: f64 = 1.002;
 /// Largest length of a friction arrow, relative to the radius of the patch.
-const ARROW: f64 = 0.45;
-
-/// The patch as a whole, in words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PatchState {
-    Sliding,
-    Lifted,
-    Stuck,
-    LiftedAndStuck,
-}
-
-impl PatchState {
-    const ALL: [Self; 4] = [
-        Self::Sliding,
-        Self::Lifted,
-        Self::Stuck,
-        Self::LiftedAndStuck,
-    ];
-
-    fn of(stick: usize, separated: usize) -> Self {
-        match (stick > 0, separated > 0) {
-            (false, false) => Self::Sliding,
-            (false, true) => Self::Lifted,
-            (true, false) => Self::Stuck,
-            (true, true) => Self::LiftedAndStuck,
-        }
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Sliding => "all nodes slide",
-            Self::Lifted => "some lifted off",
-            Self::Stuck => "some stick",
-            Self::LiftedAndStuck => "some lifted, some stick",
-        }
-    }
-
-    const fn color(self) -> rerun::Color {
-        match self {
-            Self::Sliding => style::node(NodeState::Slip),
-            Self::Lifted => style::node(NodeState::Separated),
-            Self::Stuck => style::node(NodeState::Stick),
-            Self::LiftedAndStuck => style::FRICTION,
-        }
-    }
-}
+const ARROW: f64 = 0.8;
 
 /// Everything about the contact patch.
 #[derive(Debug)]
@@ -75,7 +30,6 @@ pub struct Patch {
     geometry: Arc<PatchGeometry>,
     load: f64,
     ball_radius: f64,
-    state: Option<PatchState>,
     times: Vec<i64>,
     lengths: Vec<usize>,
     colors: Vec<rerun::Color>,
@@ -101,19 +55,12 @@ impl Patch {
             ["normal force, N", "friction, N"].map(str::to_owned),
             [style::LOAD, style::FRICTION],
         )?;
-        rec.log_static(
-            paths::CONTACT_STATE,
-            &rerun::StateConfiguration::new()
-                .with_values(PatchState::ALL.map(PatchState::name))
-                .with_labels(PatchState::ALL.map(PatchState::name))
-                .with_colors(PatchState::ALL.map(|s| s.color().to_u32())),
-        )?;
         draw_circles(rec, header)?;
+        draw_key(rec, header)?;
         Ok(Self {
             geometry: Arc::default(),
             load: header.load,
             ball_radius: header.ball_radius,
-            state: None,
             times: Vec::new(),
             lengths: Vec::new(),
             colors: Vec::new(),
@@ -132,7 +79,7 @@ impl Patch {
             self.draw_geometry(rec, frame.t0)?;
         }
         for snapshot in &frame.patch {
-            self.push_snapshot(rec, snapshot)?;
+            self.push_snapshot(snapshot);
         }
         if self.colors.len() >= BATCH_NODES {
             self.send(rec)?;
@@ -148,11 +95,7 @@ impl Patch {
         self.force.send(rec)
     }
 
-    fn push_snapshot(
-        &mut self,
-        rec: &RecordingStream,
-        snapshot: &PatchSnapshot,
-    ) -> Result<(), RecordError> {
+    fn push_snapshot(&mut self, snapshot: &PatchSnapshot) {
         let geometry = &*self.geometry;
         let nodes = snapshot.states.len();
         self.times.push(stream::nanos(snapshot.time));
@@ -160,8 +103,9 @@ impl Patch {
         self.colors
             .extend(snapshot.states.iter().map(|&state| style::node(state)));
 
-        // A node's disc has the area of its cell at twice the mean pressure, and shrinks with
-        // the root of its pressure; an open node keeps a dot.
+        // A node grows with the root of its pressure: an open one keeps a dot of a quarter of its
+        // cell's radius, one at twice the mean pressure (above the peak of Hertz) nearly fills
+        // its cell.
         let mean_pressure = self.load / (std::f64::consts::PI * geometry.radius.powi(2));
         let radius = |force: f64, area: f64| {
             let full = (area / std::f64::consts::PI).sqrt();
@@ -189,14 +133,6 @@ impl Patch {
         let friction = (0..3).map(|c| snapshot.friction.iter().map(|f| f[c]).sum::<f64>());
         let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
         self.force.push(snapshot.time, [normal, friction]);
-
-        let state = PatchState::of(stick, separated);
-        if self.state != Some(state) {
-            self.state = Some(state);
-            let change = StateChange::single(state.name());
-            stream::log_at(rec, paths::CONTACT_STATE, snapshot.time, &change)?;
-        }
-        Ok(())
     }
 
     fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
@@ -232,7 +168,7 @@ impl Patch {
         let arrows = Arrows3D::update_fields()
             .with_origins(positions())
             .with_colors([style::FRICTION])
-            .with_radii([Radius::new_ui_points(0.9)]);
+            .with_radii([Radius::new_ui_points(1.2)]);
         stream::log_at(rec, paths::FRICTION, time, &arrows)?;
 
         let axis = geometry.direction;
@@ -271,6 +207,29 @@ fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordErro
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
     Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
+}
+
+/// The key to the colours of the nodes, in a row below the circles.
+fn draw_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let radius = 1e3 * header.ball_radius;
+    let reach = radius * header.max_tilt.sin() + 0.12 * radius;
+    let entries = [
+        ("slides", style::node(NodeState::Slip)),
+        ("sticks", style::node(NodeState::Stick)),
+        ("open", style::node(NodeState::Separated)),
+        ("friction", style::FRICTION),
+    ];
+    let count = entries.len() as f64;
+    let places = (0..entries.len()).map(|k| {
+        let across = 2.0 * (k as f64 + 0.5) / count - 1.0;
+        [reach * across, -0.64 * reach, radius].map(|c| c as f32)
+    });
+    let key = Points3D::new(places)
+        .with_labels(entries.map(|(name, _)| name))
+        .with_show_labels(true)
+        .with_colors(entries.map(|(_, color)| color))
+        .with_radii([Radius::new_ui_points(4.0)]);
+    Ok(rec.log_static(paths::NODE_KEY, &key)?)
 }
 
 /// The circle on the ball at `angle` (rad) from the unit vector `axis`, mm.

@@ -45,14 +45,14 @@ pub const NODES: &str = "joint/patch/nodes";
 pub const FRICTION: &str = "joint/patch/friction";
 /// Edge of the contact patch.
 pub const RIM: &str = "joint/patch/rim";
+/// What the colours of the nodes mean.
+pub const NODE_KEY: &str = "joint/patch/key";
 /// Circles of equal polar angle on the ball.
 pub const TILT_CIRCLES: &str = "joint/patch/circles";
 /// How many nodes stick, slip, have lifted off.
 pub const NODE_COUNTS: &str = "contact/nodes";
 /// Normal and friction force summed over the nodes.
 pub const CONTACT_FORCE: &str = "contact/force";
-/// The patch as a whole: sliding, partly lifted, partly stuck.
-pub const CONTACT_STATE: &str = "contact/state";
 
 /// Phase portrait.
 pub const PORTRAIT: &str = "portrait";
@@ -73,7 +73,11 @@ pub const EMBEDDING_AXES: &str = "embedding/axes";
 pub const SPECTRUM: &str = "spectrum";
 /// Curve of the spectrum.
 pub const SPECTRUM_CURVE: &str = "spectrum/curve";
-/// Named lines of the spectrum.
+/// Names of the strongest lines of the spectrum.
+pub const SPECTRUM_NAMES: &str = "spectrum/names";
+/// Threads from the names to the lines.
+pub const SPECTRUM_STEMS: &str = "spectrum/stems";
+/// Tips of the strongest lines of the spectrum.
 pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
 /// Axes of the spectrum.
 pub const SPECTRUM_AXES: &str = "spectrum/axes";

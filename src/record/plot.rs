@@ -71,8 +71,8 @@ impl Axis {
             Scaling::Linear => (value - self.low) / (self.high - self.low),
             Scaling::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
         };
-        // `max` first: not-a-number (the logarithm of a negative value) becomes 0.
-        share.max(0.0).min(1.0)
+        // Not-a-number, the logarithm of a negative value, is not positive either.
+        if share > 0.0 { share.min(1.0) } else { 0.0 }
     }
 }
 
@@ -93,7 +93,7 @@ pub struct Plot {
 
 impl Plot {
     /// Space for labels round the field, pixels: left, right, above, below.
-    const MARGINS: [f32; 4] = [46.0, 16.0, 14.0, 38.0];
+    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 68.0];
 
     /// The picture position of a pair of values.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
@@ -163,16 +163,16 @@ impl Plot {
         let mut points = Vec::new();
         let mut words = Vec::new();
         for &tick in &self.x.ticks {
-            points.push([self.at(tick, self.y.low)[0], self.height + 6.0]);
+            points.push([self.at(tick, self.y.low)[0], self.height + 11.0]);
             words.push(short(tick));
         }
         for &tick in &self.y.ticks {
-            points.push([-22.0, self.at(self.x.low, tick)[1] - 8.0]);
+            points.push([-26.0, self.at(self.x.low, tick)[1] - 12.0]);
             words.push(short(tick));
         }
-        points.push([0.5 * self.width, self.height + 22.0]);
+        points.push([0.5 * self.width, self.height + 40.0]);
         words.push(self.x.name.clone());
-        points.push([0.5 * self.width, -14.0]);
+        points.push([0.5 * self.width, -36.0]);
         words.push(self.y.name.clone());
         let count = points.len();
         Points2D::new(points)

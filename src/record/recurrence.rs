@@ -1,7 +1,14 @@
 //! The recurrence plot, Eq. (26): bright where the state comes back to where it was, shaded by
 //! distance elsewhere.
+//!
+//! A pixel is a class, one byte: a shade of distance, or recurrence. The viewer looks the
+//! colour up and names the class under the cursor; colours in the picture would take three
+//! times the room.
 
-use rerun::{Image, Points2D, Radius, RecordingStream, Transform3D};
+use rerun::{
+    AnnotationContext, Points2D, Radius, RecordingStream, SegmentationImage, Transform3D,
+    components::ImageFormat, datatypes::ChannelDatatype,
+};
 
 use super::{
     error::RecordError,
@@ -15,6 +22,10 @@ use super::{
 const SIDE: f32 = 400.0;
 /// Shades of distance; few, because noise in the last bits only swells the file.
 const SHADES: u8 = 16;
+/// Distances that share a shade.
+const SHADE_WIDTH: u8 = (256 / SHADES as u16) as u8;
+/// The class of a recurrent pair; classes below it are shades, the nearest first.
+const RECURRENT: u8 = SHADES;
 /// Brightest shade of a pair that is not recurrent, as a share of the colour map.
 const BRIGHTEST: f32 = 0.5;
 
@@ -44,27 +55,24 @@ pub struct Picture<'a> {
 /// Draws recurrence plots.
 #[derive(Debug)]
 pub struct Recurrence {
-    /// Colour of each distance, and of recurrence.
-    shades: [[u8; 3]; 256],
-    recurrent: [u8; 3],
     /// Window (s) and size for which axes and scale are drawn.
     drawn: Option<(f64, usize)>,
 }
 
 impl Recurrence {
-    /// Starts empty; axes come with the first picture.
-    pub fn new() -> Self {
+    /// Says what the classes mean; axes come with the first picture.
+    pub fn new(rec: &RecordingStream) -> Result<Self, RecordError> {
         let map = ColorMap::inferno();
-        let step = 256 / u16::from(SHADES);
-        Self {
-            shades: std::array::from_fn(|distance| {
-                let shade = distance as u16 / step;
-                let near = 1.0 - f32::from(shade) / f32::from(SHADES - 1);
-                map.at(BRIGHTEST * near)
-            }),
-            recurrent: map.at(1.0),
-            drawn: None,
-        }
+        let shades = (0..SHADES).map(|shade| {
+            let percent = 100 * (u32::from(shade) + 1) / u32::from(SHADES);
+            let near = 1.0 - f32::from(shade) / f32::from(SHADES - 1);
+            let name = format!("distance up to {percent} % of the largest");
+            class(shade, &name, map.at(BRIGHTEST * near))
+        });
+        let recurrent = class(RECURRENT, "recurrent", map.at(1.0));
+        let classes = AnnotationContext::new(shades.chain([recurrent]).collect::<Vec<_>>());
+        rec.log_static(paths::RECURRENCE_IMAGE, &classes)?;
+        Ok(Self { drawn: None })
     }
 
     fn plot(window: f64) -> Plot {
@@ -84,7 +92,7 @@ impl Recurrence {
         // One more line of words, the caption.
         Bounds {
             x,
-            y: [top - 16.0, low],
+            y: [top - 28.0, low],
         }
     }
 
@@ -98,7 +106,9 @@ impl Recurrence {
             let scale = Transform3D::from_scale([scale, scale, 1.0]);
             stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &scale)?;
         }
-        let image = Image::from_rgb24(self.pixels(&picture), [picture.size as u32; 2])
+        let format = ImageFormat::segmentation([picture.size as u32; 2], ChannelDatatype::U8);
+        let image = SegmentationImage::new(classes(&picture), format)
+            .with_opacity(1.0)
             .with_draw_order(-2.0);
         stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &image)?;
 
@@ -109,29 +119,31 @@ impl Recurrence {
             picture.dimension,
             short(1e6 * picture.lag),
         );
-        let caption = Points2D::new([[0.5 * SIDE, -32.0]])
+        let caption = Points2D::new([[0.5 * SIDE, -64.0]])
             .with_labels([words])
             .with_colors([style::AXIS])
             .with_radii([Radius::new_ui_points(0.0)]);
         stream::log_at(rec, paths::RECURRENCE_CAPTION, picture.time, &caption)
     }
+}
 
-    /// RGB pixels, the newest row on top.
-    fn pixels(&self, picture: &Picture) -> Vec<u8> {
-        let rows = picture.distance.chunks_exact(picture.size).rev();
-        let marks = picture.recurrent.chunks_exact(picture.size).rev();
-        let mut pixels = Vec::with_capacity(3 * picture.distance.len());
-        for (row, marks) in rows.zip(marks) {
-            for (&distance, &mark) in row.iter().zip(marks) {
-                pixels.extend(if mark == 0 {
-                    self.shades[usize::from(distance)]
-                } else {
-                    self.recurrent
-                });
-            }
-        }
-        pixels
-    }
+/// The class of each pixel, the newest row on top.
+fn classes(picture: &Picture) -> Vec<u8> {
+    let rows = picture.distance.chunks_exact(picture.size).rev();
+    let marks = picture.recurrent.chunks_exact(picture.size).rev();
+    rows.zip(marks)
+        .flat_map(|(row, marks)| row.iter().zip(marks))
+        .map(|(&distance, &mark)| match mark {
+            0 => distance / SHADE_WIDTH,
+            _ => RECURRENT,
+        })
+        .collect()
+}
+
+/// A class with its name and colour.
+fn class(id: u8, name: &str, [r, g, b]: [u8; 3]) -> rerun::ClassDescription {
+    let color = rerun::Rgba32::from_rgb(r, g, b);
+    (u16::from(id), name, color).into()
 }
 
 #[cfg(test)]
@@ -139,8 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn newest_row_is_on_top_and_recurrence_shines() {
-        let recurrence = Recurrence::new();
+    fn newest_row_is_on_top() {
         let picture = Picture {
             time: 0.0,
             window: 1e-3,
@@ -152,9 +163,7 @@ mod tests {
             lag: 1e-5,
             dimension: 3,
         };
-        let far = recurrence.shades[255];
-        let expected = [far, recurrence.recurrent, recurrence.shades[0], far].concat();
-        assert_eq!(recurrence.pixels(&picture), expected);
-        assert_eq!(far, ColorMap::inferno().at(0.0));
+        let far = SHADES - 1;
+        assert_eq!(classes(&picture), [far, RECURRENT, 0, far]);
     }
 }

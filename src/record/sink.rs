@@ -11,6 +11,7 @@ use std::{
 use rerun::{
     RecordingStream, RecordingStreamBuilder, SpawnOptions,
     external::re_uri::ProxyUri,
+    log::ChunkBatcherConfig,
     sink::{BufferedSink, FileSink, GrpcSink, LogSink},
 };
 
@@ -33,6 +34,9 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Wall time that pictures, logged one by one, may lag behind the columns of samples: short
+/// enough that views agree while a run is watched or a file is loading.
+const PICTURE_LAG: Duration = Duration::from_millis(20);
 /// How long a flush may take before the disk counts as stuck.
 const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 /// How long to wait for a viewer's port.
@@ -95,7 +99,13 @@ impl RerunSink {
             (None, Some(viewer)) => Box::new(viewer),
             (None, None) => return Err(RecordError::NoOutput),
         };
-        let rec = RecordingStreamBuilder::new(APPLICATION).buffered()?;
+        let batcher = ChunkBatcherConfig {
+            flush_tick: PICTURE_LAG,
+            ..ChunkBatcherConfig::DEFAULT
+        };
+        let rec = RecordingStreamBuilder::new(APPLICATION)
+            .batcher_config(batcher)
+            .buffered()?;
         // Simulated time is the only time; wall-clock timelines would double the rows' size.
         rec.set_log_tick_enabled(false);
         rec.set_log_time_enabled(false);
@@ -157,23 +167,31 @@ impl RerunSink {
         }
     }
 
-    fn close(&mut self) -> Result<(), RecordError> {
+    /// Sends what waits, and closes the file; its index is written then.
+    fn end_stream(&mut self) -> Result<(), RecordError> {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
         self.flush()?;
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
+        // Rerun reports no failure there, but an index that could not be written adds nothing.
+        let before = file.len()?;
+        self.rec.set_sink(Box::new(BufferedSink::new()));
+        self.rec
+            .flush_with_timeout(FLUSH_PATIENCE)
+            .map_err(|error| file.write_error(error.to_string()))?;
+        if file.len()? <= before {
+            return Err(file.write_error("the index at its end is missing".to_owned()));
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), RecordError> {
+        self.end_stream()?;
         if let Some(file) = &self.file {
-            let before = file.len()?;
-            // Swapping in a sink that keeps nothing closes the file, which writes its index.
-            // Rerun reports no failure there, but an index that could not be written adds
-            // nothing to the file.
-            self.rec.set_sink(Box::new(BufferedSink::new()));
-            self.rec
-                .flush_with_timeout(FLUSH_PATIENCE)
-                .map_err(|error| file.write_error(error.to_string()))?;
-            if file.len()? <= before {
-                return Err(file.write_error("the index at the end is missing".to_owned()));
-            }
             file.keep()?;
         }
         if self.lost.get() {
@@ -183,9 +201,24 @@ impl RerunSink {
     }
 }
 
+impl Drop for RerunSink {
+    /// A run that failed elsewhere never calls `finish`: its part file still gets all there is.
+    fn drop(&mut self) {
+        if self.encoder.is_some() {
+            // The run already has an error to report, and this one could tell nothing more.
+            let _ = self.end_stream();
+        }
+    }
+}
+
 impl Sink for RerunSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        Ok(self.take(&record)?)
+        let result = self.take(&record);
+        if result.is_err() {
+            // A broken stream is never touched again, not even to flush it.
+            self.encoder = None;
+        }
+        Ok(result?)
     }
 
     fn delivery(&self) -> Delivery {
@@ -235,12 +268,20 @@ fn spawn() -> Result<ProxyUri, RecordError> {
     let options = SpawnOptions {
         wait_for_bind: true,
         hide_welcome_screen: true,
+        // Left alone, the viewer would listen to the whole network.
+        extra_args: vec!["--bind".to_owned(), "127.0.0.1".to_owned()],
         ..SpawnOptions::default()
     };
     let info = rerun::spawn(&options).map_err(|error| {
         // The full text of the error is a page on installing; its first line is the reason.
         let text = error.to_string();
-        fault(text.lines().next().unwrap_or_default().to_owned())
+        fault(
+            text.lines()
+                .next()
+                .unwrap_or_default()
+                .trim_end_matches('.')
+                .to_owned(),
+        )
     })?;
     let url = format!("rerun+http://127.0.0.1:{}/proxy", info.port);
     url.parse::<ProxyUri>()

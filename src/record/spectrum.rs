@@ -13,13 +13,16 @@ use crate::pipeline::message::{Header, Peak};
 
 /// Peaks that get a label; more would cover one another.
 const LABELLED: usize = 6;
+/// Lines that the names of peaks take turns on, and the height of one, pixels.
+const NAME_LINES: usize = 3;
+const NAME_HEIGHT: f32 = 20.0;
 /// Levels at the two ends of the colour map, dB relative to 1 mm/s.
 const LEVELS: [f32; 2] = [-50.0, 25.0];
 /// Pixels of the spectrogram along time, in all and a tile.
 const WIDTH: usize = 640;
 const TILE: usize = 16;
 /// Pixels along frequency.
-const HEIGHT: usize = 240;
+const HEIGHT: usize = 190;
 /// New pixels after which the present tile is logged again.
 const REFRESH: usize = 4;
 
@@ -33,7 +36,7 @@ fn highest_frequency(header: &Header) -> f64 {
 pub fn spectrum_plot(header: &Header) -> Plot {
     Plot {
         width: 400.0,
-        height: 270.0,
+        height: 190.0,
         x: Axis::linear("frequency, kHz", 0.0, 1e-3 * highest_frequency(header), 6),
         y: Axis::decades("amplitude of the velocity, mm/s", -3, 2),
         grid: true,
@@ -60,20 +63,39 @@ pub fn draw_spectrum(
         .with_radii([Radius::new_ui_points(0.9)]);
     stream::log_at(rec, paths::SPECTRUM_CURVE, time, &curve)?;
 
-    let peaks: Vec<_> = peaks
+    let shown = peaks
         .iter()
-        .filter(|peak| 1e-3 * peak.frequency <= plot.x.high)
-        .take(LABELLED)
-        .collect();
+        .filter(|peak| 1e-3 * peak.frequency <= plot.x.high);
+    let mut peaks: Vec<_> = shown.take(LABELLED).collect();
+    peaks.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
     let positions = peaks
         .iter()
         .map(|peak| plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude));
     let marks = Points2D::new(positions)
+        .with_colors([style::ACCENT])
+        .with_radii([Radius::new_ui_points(2.5)]);
+    stream::log_at(rec, paths::SPECTRUM_PEAKS, time, &marks)?;
+
+    // Neighbours get their names on different lines, so that these do not cover one another.
+    let anchor = |k: usize, peak: &Peak| {
+        let [x, _] = plot.at(1e-3 * peak.frequency, 1.0);
+        [x, (k % NAME_LINES) as f32 * NAME_HEIGHT]
+    };
+    let anchors = || peaks.iter().enumerate().map(|(k, peak)| anchor(k, peak));
+    let names = Points2D::new(anchors())
         .with_labels(peaks.iter().map(|peak| peak_label(peak)))
         .with_show_labels(true)
-        .with_colors([style::ACCENT])
-        .with_radii([Radius::new_ui_points(3.0)]);
-    stream::log_at(rec, paths::SPECTRUM_PEAKS, time, &marks)
+        .with_colors(vec![style::ACCENT; peaks.len()])
+        .with_radii([Radius::new_ui_points(0.0)]);
+    stream::log_at(rec, paths::SPECTRUM_NAMES, time, &names)?;
+    let stems = anchors().zip(&peaks).map(|([x, y], peak)| {
+        let [_, tip] = plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude);
+        [[x, y + NAME_HEIGHT], [x, tip]]
+    });
+    let stems = LineStrips2D::new(stems)
+        .with_colors([style::faded(style::ACCENT, 0.5)])
+        .with_radii([Radius::new_ui_points(0.5)]);
+    stream::log_at(rec, paths::SPECTRUM_STEMS, time, &stems)
 }
 
 /// Frequency, and what it is where that is known.

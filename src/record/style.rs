@@ -86,18 +86,13 @@ impl ColorMap {
         ])
     }
 
-    /// Purple over teal to yellow (the nodes of matplotlib's "viridis").
-    pub fn viridis() -> Self {
+    /// The grey of steel over teal to yellow: a body at rest looks like what it is.
+    pub fn steel() -> Self {
         Self::through(&[
-            [0x44, 0x01, 0x54],
-            [0x48, 0x28, 0x78],
-            [0x3e, 0x49, 0x89],
-            [0x31, 0x68, 0x8e],
-            [0x26, 0x82, 0x8e],
-            [0x1f, 0x9e, 0x89],
-            [0x35, 0xb7, 0x79],
-            [0x6e, 0xce, 0x58],
-            [0xb5, 0xde, 0x2b],
+            [0x5a, 0x66, 0x78],
+            [0x46, 0x86, 0x98],
+            [0x49, 0xa8, 0x96],
+            [0x8d, 0xca, 0x76],
             [0xfd, 0xe7, 0x25],
         ])
     }
@@ -178,7 +173,7 @@ mod tests {
 
     #[test]
     fn colour_maps_start_dark_and_end_bright() {
-        for map in [ColorMap::inferno(), ColorMap::viridis()] {
+        for map in [ColorMap::inferno(), ColorMap::steel()] {
             let light = |share| map.at(share).map(f32::from).iter().sum::<f32>();
             assert!((0..10).all(|i| light(i as f32 / 10.0) < light((i + 1) as f32 / 10.0)));
             assert_eq!(map.at(-1.0), map.at(0.0));

@@ -130,7 +130,7 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::ROTATION,
         paths::RIM,
         paths::TILT_CIRCLES,
-        paths::CONTACT_STATE,
+        paths::NODE_KEY,
         paths::NARRATION,
         paths::ABOUT,
         paths::LOG,
@@ -138,6 +138,8 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::EMBEDDING_TRAIL,
         paths::SPECTRUM_CURVE,
         paths::SPECTRUM_PEAKS,
+        paths::SPECTRUM_NAMES,
+        paths::SPECTRUM_STEMS,
         paths::RECURRENCE_IMAGE,
         paths::RECURRENCE_CAPTION,
         paths::HEALTH_SPEED,
@@ -222,6 +224,8 @@ fn a_failed_run_leaves_the_old_file_untouched() {
     // The run fails: the pipeline drops the sink without finishing it.
     drop(sink);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
+    let part = folder.path().join("run.rrd.part");
+    assert_eq!(read(&part).0[paths::VELOCITY].rows, demo::samples(0.005));
 }
 
 #[test]

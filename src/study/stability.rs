@@ -58,7 +58,10 @@ pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, St
             let joint = ball.joint(tilt)?;
             let modes = joint
                 .linear_modes()
-                .map_err(|source| StudyError::Eigenvalues { tilt_deg: tilt.to_degrees(), source })?;
+                .map_err(|source| StudyError::Eigenvalues {
+                    tilt_deg: tilt.to_degrees(),
+                    source,
+                })?;
             let modes = modes.iter().map(|mode| describe(ball, mode)).collect();
             Ok(StabilityAt { tilt, modes })
         })
@@ -69,7 +72,10 @@ fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {
     let body = ball.body().modes();
     // The two members of a bending pair may mix in any proportion: their shares count together.
     let share = |label: &str| -> f64 {
-        let of_family = body.iter().zip(&mode.shares).filter(|(m, _)| m.family_label() == label);
+        let of_family = body
+            .iter()
+            .zip(&mode.shares)
+            .filter(|(m, _)| m.family_label() == label);
         of_family.map(|(_, share)| share).sum()
     };
     let label = body

@@ -28,9 +28,15 @@ fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
             headings(&path, found, root);
             continue;
         }
-        let place = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+        let place = path
+            .strip_prefix(root)
+            .unwrap()
+            .to_string_lossy()
+            .into_owned();
         for line in fs::read_to_string(&path).unwrap().lines() {
-            let Some(doc) = line.trim_start().strip_prefix("/// Eq. (") else { continue };
+            let Some(doc) = line.trim_start().strip_prefix("/// Eq. (") else {
+                continue;
+            };
             if let Some((number, rest)) = doc.split_once(')') {
                 if rest.starts_with(':') {
                     found.push((number.parse().unwrap(), place.clone()));
@@ -46,10 +52,17 @@ fn every_equation_has_one_home() {
     let mut found = Vec::new();
     headings(&root, &mut found, &root);
     for (number, home) in HOMES {
-        let places: Vec<_> = found.iter().filter(|(n, _)| n == number).map(|(_, p)| p).collect();
+        let places: Vec<_> = found
+            .iter()
+            .filter(|(n, _)| n == number)
+            .map(|(_, p)| p)
+            .collect();
         assert_eq!(places, [home], "Eq. ({number})");
     }
     for (number, place) in &found {
-        assert!(HOMES.iter().any(|(n, _)| n == number), "Eq. ({number}) in {place} is not listed");
+        assert!(
+            HOMES.iter().any(|(n, _)| n == number),
+            "Eq. ({number}) in {place} is not listed"
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "cli")]
 mod cli;
+mod convergence;
 mod equations;
 mod laws;
 mod layering;

@@ -7,7 +7,10 @@ use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
 fn short() -> Scene {
-    Scene::load("torus-3deg").unwrap().with_duration(12.0).unwrap()
+    Scene::load("torus-3deg")
+        .unwrap()
+        .with_duration(12.0)
+        .unwrap()
 }
 
 fn records(scene: &Scene) -> Vec<Record> {
@@ -18,7 +21,9 @@ fn records(scene: &Scene) -> Vec<Record> {
 
 /// The numbers of a run, without those that tell the time of day.
 fn numbers(records: &[Record]) -> String {
-    let lasting = records.iter().filter(|r| !matches!(r, Record::Health(_) | Record::Summary(_)));
+    let lasting = records
+        .iter()
+        .filter(|r| !matches!(r, Record::Health(_) | Record::Summary(_)));
     lasting
         .map(|record| match record {
             Record::Samples(frame) => {
@@ -33,7 +38,9 @@ fn numbers(records: &[Record]) -> String {
 fn header_first_summary_last_samples_without_gap() {
     let records = records(&short());
     assert!(matches!(records.first(), Some(Record::Header(_))));
-    let Some(Record::Summary(summary)) = records.last() else { panic!("no summary") };
+    let Some(Record::Summary(summary)) = records.last() else {
+        panic!("no summary")
+    };
     let mut next = 0.0;
     let mut samples = 0;
     for record in &records {
@@ -57,7 +64,10 @@ fn runs_repeat() {
 /// The energy that is there is the energy that came in.
 #[test]
 fn energy_is_audited() {
-    let mut scene = Scene::load("tilt-ramp").unwrap().with_duration(90.0).unwrap();
+    let mut scene = Scene::load("tilt-ramp")
+        .unwrap()
+        .with_duration(90.0)
+        .unwrap();
     scene.integrator.tolerance = 1e-8;
     let mut worst: f64 = 0.0;
     let mut turnover: f64 = 0.0;
@@ -88,7 +98,10 @@ fn a_stop_is_clean() {
     }
     let stop = AtomicBool::new(false);
     let mut sink = StopAt(5, &stop, vec![]);
-    let monitor = Monitor { stop: &stop, ..Monitor::default() };
+    let monitor = Monitor {
+        stop: &stop,
+        ..Monitor::default()
+    };
     let scene = Scene::load("torus-3deg").unwrap();
     let summary = run(&scene, "test", &mut sink, monitor).unwrap();
     assert!(summary.interrupted && summary.simulated < 0.1 * scene.duration);
@@ -107,7 +120,11 @@ fn a_failing_sink_is_the_run_s_error() {
     impl Sink for Full {
         fn accept(&mut self, _: Record) -> Result<(), SinkError> {
             self.taken += 1;
-            if self.taken > 20 { Err("the disk is full".into()) } else { Ok(()) }
+            if self.taken > 20 {
+                Err("the disk is full".into())
+            } else {
+                Ok(())
+            }
         }
         fn finish(&mut self) -> Result<(), SinkError> {
             self.finished = true;
@@ -120,7 +137,9 @@ fn a_failing_sink_is_the_run_s_error() {
     let mut sink = Full::default();
     let scene = Scene::load("torus-3deg").unwrap();
     let fault = run(&scene, "test", &mut sink, Monitor::default()).unwrap_err();
-    let PipelineError::Sink(source) = fault else { panic!("{fault:?}") };
+    let PipelineError::Sink(source) = fault else {
+        panic!("{fault:?}")
+    };
     assert_eq!(source.to_string(), "the disk is full");
     assert!(sink.abandoned && !sink.finished);
 }

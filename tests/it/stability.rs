@@ -19,7 +19,9 @@ fn unstable(azimuth_deg: f64, factor: f64, tilts_deg: &[f64]) -> Vec<StabilityAt
     let ball = BallJoint::new(&scene.joint).unwrap();
     let tilts: Vec<f64> = tilts_deg.iter().map(|deg| deg.to_radians()).collect();
     let mut found = stability(&ball, &tilts).unwrap();
-    found.iter_mut().for_each(|at| at.modes.retain(|mode| mode.unstable));
+    found
+        .iter_mut()
+        .for_each(|at| at.modes.retain(|mode| mode.unstable));
     found
 }
 
@@ -49,7 +51,10 @@ fn four_bending_modes_are_unstable() {
         for (i, mode) in at.modes.iter().enumerate() {
             assert_eq!(mode.label, LABELS[i]);
             let off = |got: f64, want: f64| got / want - 1.0;
-            assert!(off(mode.frequency_hz, frequencies[row][i]).abs() < 1e-4, "{mode:?}");
+            assert!(
+                off(mode.frequency_hz, frequencies[row][i]).abs() < 1e-4,
+                "{mode:?}"
+            );
             assert!(off(mode.growth, converged[row][i]).abs() < 1e-4, "{mode:?}");
             let low = off(mode.growth, first_table[row][i]) - table_low[i];
             assert!(low.abs() < 1.5e-4, "{mode:?}: {low:e}");
@@ -75,7 +80,11 @@ fn a_hundred_nodes_are_enough() {
 fn a_fifth_mode_joins() {
     let at = unstable(-90.0, 16.0, &[7.0]).remove(0);
     assert_eq!(at.modes.len(), 5);
-    let torsion = at.modes.iter().find(|mode| mode.label == "1st torsion").unwrap();
+    let torsion = at
+        .modes
+        .iter()
+        .find(|mode| mode.label == "1st torsion")
+        .unwrap();
     assert!((torsion.frequency_hz / 4500.7 - 1.0).abs() < 1e-3);
     assert!((torsion.growth - 5.0).abs() < 0.15, "{}", torsion.growth);
 }
@@ -86,7 +95,9 @@ fn as_printed_all_modes_are_stable() {
     let scene = Scene::load("printed-friction").unwrap();
     let ball = BallJoint::new(&scene.joint).unwrap();
     for tilt_deg in [0.0_f64, 3.5, 7.0] {
-        let at = stability(&ball, &[tilt_deg.to_radians()]).unwrap().remove(0);
+        let at = stability(&ball, &[tilt_deg.to_radians()])
+            .unwrap()
+            .remove(0);
         assert_eq!(at.unstable().count(), 0, "{:?}", at.modes);
     }
 }
