@@ -1,7 +1,7 @@
 //! Looks into a recording: which entities it holds, how many rows, over which time.
 //!
 //! Ends with an error if one of the entities that every full run writes is missing or empty.
-//! Given a folder (by default the current one) it first records 10 ms of `periodic-2deg` there,
+//! Given a folder (by default the current one) it first records 25 ms of `periodic-2deg` there,
 //! and looks into that.
 //!
 //! ```text
@@ -20,7 +20,7 @@ use squeakscope::pipeline::{Monitor, run};
 use squeakscope::record::{Output, RerunSink, paths};
 use squeakscope::scene::Scene;
 
-/// What a run of any scene with all analyses leaves, however short.
+/// What a run of a scene with all analyses leaves, once a quarter of its windows is filled.
 const EXPECTED: &[&str] = &[
     paths::ABOUT,
     paths::NARRATION,
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Records a short run into a folder.
 fn record(folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let path = folder.join("inspect.rrd");
-    let scene = Scene::load("periodic-2deg")?.with_duration(10.0)?;
+    let scene = Scene::load("periodic-2deg")?.with_duration(25.0)?;
     let output = Output {
         save: Some(path.clone()),
         ..Output::default()
