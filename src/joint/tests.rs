@@ -166,10 +166,11 @@ fn equilibrium_is_exact() {
         assert!(rate.iter().all(|r| *r == 0.0), "{rate:?}");
         let rest = [0.0; 11];
         let balance = equation_8(&model, &rest, &rest);
-        for i in 0..11 {
-            let residual = model.omega[i].powi(2) * joint.equilibrium().q[i] - balance[i];
+        let q_eq = &joint.equilibrium().q;
+        for ((omega, q), balance) in model.omega.iter().zip(q_eq).zip(&balance) {
+            let residual = omega.powi(2) * q - balance;
             assert!(
-                residual.abs() < 1e-12 * balance[i].abs().max(1.0),
+                residual.abs() < 1e-12 * balance.abs().max(1.0),
                 "{residual}"
             );
         }

@@ -37,10 +37,8 @@ fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
             let Some(doc) = line.trim_start().strip_prefix("/// Eq. (") else {
                 continue;
             };
-            if let Some((number, rest)) = doc.split_once(')') {
-                if rest.starts_with(':') {
-                    found.push((number.parse().unwrap(), place.clone()));
-                }
+            if let Some((number, _)) = doc.split_once("):") {
+                found.push((number.parse().unwrap(), place.clone()));
             }
         }
     }
