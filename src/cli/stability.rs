@@ -92,6 +92,6 @@ mod tests {
     fn without_a_sweep_the_knots_are_taken() {
         let tilts = |name| tilts_of(&Scene::load(name).expect("preset"));
         assert_eq!(tilts("torus-3deg"), [3.0]);
-        assert_eq!(tilts("tilt-ramp"), [0.0, 6.0]);
+        assert_eq!(tilts("tilt-ramp"), [0.0, 3.0, 5.5, 6.0]);
     }
 }
