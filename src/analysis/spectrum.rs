@@ -14,6 +14,7 @@
 //! amplitude with either window; without the second step it is up to 0.016 bin (Hann) or
 //! 0.0032 bin (Blackman-Harris).
 
+use std::f64::consts::LN_2;
 use std::sync::Arc;
 
 use rustfft::num_complex::Complex;
@@ -208,26 +209,27 @@ impl Spectrum {
         lines
     }
 
-    /// Broadband share: the power outside the main lobes of `lines` over the whole power, 0 to
-    /// 1; the main lobe about 0 Hz is left out of both. 0 for a silent signal.
+    /// The share of the power that lies in the floor, 0 to 1: noise of the level of
+    /// [`Spectrum::floor`] everywhere, under the lines, too, over the whole power; the main lobe
+    /// about 0 Hz is left out of both. 0 for a silent signal.
     ///
-    /// What noise there is under the lines counts as theirs: a lower bound.
-    pub fn broadband_share(&self, lines: &[Line]) -> f64 {
-        let half_lobe = self.window.half_lobe() as f64;
-        let (mut all, mut outside) = (0.0, 0.0);
-        for (k, a) in self
-            .amplitude
-            .iter()
-            .enumerate()
-            .skip(self.window.half_lobe())
-        {
-            let away = |line: &Line| (line.frequency / self.bin - k as f64).abs() >= half_lobe;
-            all += a * a;
-            if lines.iter().all(away) {
-                outside += a * a;
-            }
+    /// Lines do not count, however many and weak, as long as they are a main lobe apart: then a
+    /// quarter of the bins lies between them. A comb of lines closer than that passes for floor.
+    pub fn floor_share(&self) -> f64 {
+        let power = |amplitudes: &[f64]| -> f64 {
+            amplitudes
+                .iter()
+                .skip(self.window.half_lobe())
+                .map(|a| a * a)
+                .sum()
+        };
+        let all = power(&self.amplitude);
+        // The mean square of a Rayleigh variable is that of its median over ln 2.
+        if all > 0.0 {
+            (power(&self.floor()) / LN_2 / all).min(1.0)
+        } else {
+            0.0
         }
-        if all > 0.0 { outside / all } else { 0.0 }
     }
 
     /// Whether bin `k` is the largest of the five about it.
@@ -339,19 +341,28 @@ mod tests {
     }
 
     #[test]
-    fn lone_sine_has_one_line_and_only_its_side_lobes_are_broadband() {
+    fn lone_sine_has_one_line_and_no_floor() {
         let signal = sines(RATE, N, &[(82.4 * BIN, 0.017, 1.1)]);
         let s = spectrum(Window::BlackmanHarris, &signal);
-        let lines = s.lines(&LineCriterion::default());
-        assert_eq!(lines.len(), 1);
-        let power = |from: f64, to: f64| {
-            let bins = (-400..=400).map(|k| f64::from(k) - 0.4);
-            let within = bins.filter(|x| x.abs() >= from && x.abs() < to);
-            within.map(|x| s.window.response(x).powi(2)).sum::<f64>()
-        };
-        let side_lobes = power(4.0, 400.0) / power(0.0, 400.0);
-        assert!((s.broadband_share(&lines) / side_lobes - 1.0).abs() < 0.05);
-        assert!(side_lobes < 1e-8);
+        assert_eq!(s.lines(&LineCriterion::default()).len(), 1);
+        // Side lobes of the window, -92 dB at most.
+        assert!(s.floor_share() < 1e-8, "{}", s.floor_share());
+    }
+
+    #[test]
+    fn a_comb_of_lines_is_no_floor() {
+        // Forty lines, 10 bins apart and each half a decibel weaker than the one before.
+        let tones: Vec<_> = (1..=40)
+            .map(|n| {
+                (
+                    f64::from(10 * n) * BIN + 7.0,
+                    0.94_f64.powi(n),
+                    f64::from(n),
+                )
+            })
+            .collect();
+        let s = spectrum(Window::BlackmanHarris, &sines(RATE, N, &tones));
+        assert!(s.floor_share() < 1e-6, "{}", s.floor_share());
     }
 
     #[test]
@@ -373,13 +384,12 @@ mod tests {
     }
 
     #[test]
-    fn noise_has_no_lines_and_is_all_broadband() {
+    fn noise_has_no_lines_and_is_all_floor() {
         let mut false_lines = 0;
         for seed in 0..50 {
             let s = spectrum(Window::BlackmanHarris, &noise(seed, N, 1e-3));
-            let lines = s.lines(&LineCriterion::default());
-            false_lines += lines.len();
-            assert!(s.broadband_share(&lines) > 0.95);
+            false_lines += s.lines(&LineCriterion::default()).len();
+            assert!(s.floor_share() > 0.9, "{}", s.floor_share());
         }
         assert!(
             false_lines <= 1,
@@ -404,13 +414,12 @@ mod tests {
     }
 
     #[test]
-    fn broadband_share_is_the_noise_power_outside_the_lines() {
-        // Sine of power 0.5 and noise of power 0.125 in 2001 bins, of which the line takes 7.
+    fn floor_share_is_that_of_the_noise() {
+        // Sine of power 0.5 and noise of power 0.125.
         let mut signal = noise(8, N, 0.125_f64.sqrt());
         let tone = sines(RATE, N, &[(300.2 * BIN, 1.0, 0.0)]);
         signal.iter_mut().zip(&tone).for_each(|(x, t)| *x += t);
-        let s = spectrum(Window::BlackmanHarris, &signal);
-        let share = s.broadband_share(&s.lines(&LineCriterion::default()));
+        let share = spectrum(Window::BlackmanHarris, &signal).floor_share();
         assert!((share - 0.2).abs() < 0.02, "{share}");
     }
 
@@ -420,10 +429,10 @@ mod tests {
             let s = spectrum(Window::BlackmanHarris, &signal);
             assert!(s.amplitude.iter().all(|a| a.is_finite()));
             assert!(s.lines(&LineCriterion::default()).is_empty());
-            assert!(s.broadband_share(&[]).is_finite());
+            assert!(s.floor_share().is_finite());
         }
         let zero = spectrum(Window::Hann, &[0.0; N]);
-        assert_eq!(zero.broadband_share(&[]), 0.0);
+        assert_eq!(zero.floor_share(), 0.0);
     }
 
     #[test]

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::message::{Frame, Header, Record, Summary};
-use super::stages::{Clock, ClosingStage, RecurrenceStage, SpectrogramStage, SpectrumStage};
+use super::stages::{
+    Clock, ClosingStage, NarrationStage, RecurrenceStage, SpectrogramStage, SpectrumStage,
+};
 use super::{Sink, SinkError};
 use crate::analysis::AnalysisError;
 use crate::scene::Scene;
@@ -43,6 +45,7 @@ pub enum AnalyseError {
 pub struct Analyser {
     clock: Clock,
     spectrum: Option<SpectrumStage>,
+    narration: Option<NarrationStage>,
     spectrogram: Option<SpectrogramStage>,
     recurrence: Option<RecurrenceStage>,
     closing: ClosingStage,
@@ -55,7 +58,8 @@ impl Analyser {
         let spec = &scene.analysis;
         Self {
             clock: Clock::new(rate),
-            spectrum: spec.spectrum.map(|s| SpectrumStage::new(&s, header)),
+            spectrum: spec.spectrum.map(|s| SpectrumStage::new(&s, rate)),
+            narration: spec.spectrum.map(|s| NarrationStage::new(s.every, header)),
             spectrogram: spec.spectrogram.map(|s| SpectrogramStage::new(&s, rate)),
             recurrence: spec.recurrence.map(|s| RecurrenceStage::new(&s, rate)),
             closing: ClosingStage::new(spec.spectrum.as_ref(), rate),
@@ -73,6 +77,9 @@ impl Analyser {
             .map_err(AnalyseError::Sink)?;
         let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
         if let Some(stage) = &mut self.spectrum {
+            stage.push(frame, &self.clock, &mut emit)?;
+        }
+        if let Some(stage) = &mut self.narration {
             stage.push(frame, &self.clock, &mut emit)?;
         }
         if let Some(stage) = &mut self.spectrogram {

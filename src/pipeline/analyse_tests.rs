@@ -293,18 +293,22 @@ fn silence_gives_no_nan_and_says_so() {
 #[test]
 fn narration_follows_growth_tone_torus_and_noise() {
     let growing = Motion::tones(0.0125, &CYCLE[..1]).with_growth(750.0);
-    let mut chaos = Motion::tones(0.06, &TORUS);
-    for (v, x) in chaos.velocity.iter_mut().zip(noise(5, 12_000, 5e-3)) {
+    let mut chaos = Motion::tones(0.1, &TORUS);
+    for (v, x) in chaos.velocity.iter_mut().zip(noise(5, 20_000, 5e-3)) {
         *v += x;
     }
     let motion = growing
-        .then(&Motion::tones(0.06, &CYCLE))
-        .then(&Motion::tones(0.06, &TORUS))
-        .then(&chaos);
+        .then(&Motion::tones(0.1, &CYCLE))
+        .fading_into(&Motion::tones(0.1, &TORUS))
+        .fading_into(&chaos);
     let records = run(analyses(), &motion, 256);
     // Between two faces the window holds both, and what is said then may vary; the order of
     // what is said may not, nor may it come back.
-    let told = headings(&records);
+    let mut told = headings(&records);
+    // Where two motions meet the envelope may dip, and it settles anew.
+    assert_eq!(told[1], "## The vibration settles");
+    told.retain(|heading| !heading.contains("settles"));
+    told.dedup();
     let place = |heading: &str| {
         let places: Vec<usize> = (0..told.len())
             .filter(|&i| told[i].contains(heading))
@@ -382,14 +386,13 @@ fn the_lorenz_system_is_lines_over_a_broad_floor() {
 
 #[test]
 fn narration_does_not_flicker_and_is_refreshed() {
-    // 0.2 s of one tone: once at the start, then every 25 ms.
+    // 0.2 s of one tone: once it has been heard for 20 ms, then every 50 ms.
     let records = run(analyses(), &Motion::tones(0.2, &CYCLE), 256);
     let times = instants(&records, |r| match r {
         Record::Narration { time, .. } => Some(*time),
         _ => None,
     });
-    let expected: Vec<f64> = (0..8).map(|j| 999.0 + 5000.0 * f64::from(j)).collect();
-    assert_eq!(times, expected);
+    assert_eq!(times, [3999.0, 13_999.0, 23_999.0, 33_999.0]);
     assert_eq!(headings(&records), ["## Looks like a pure tone"]);
 }
 

@@ -1,35 +1,28 @@
-//! Sliding amplitude spectrum of the probe's velocity, and the words on what it shows.
+//! Sliding amplitude spectrum of the probe's velocity, its lines named.
 
-use super::narration::{Narrator, Observation};
-use super::{Clock, Emit, LINE_WINDOW, Reading, half_range, peak_magnitude, samples};
+use super::{Clock, Emit, LINE_WINDOW, Reading, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::message::{Frame, Record};
 use crate::scene::SpectrumSpec;
 
-/// Emits [`Record::Spectrum`], and [`Record::Narration`] when there is something new to say.
+/// Emits [`Record::Spectrum`].
 ///
 /// Until the window is full the spectrum is taken of what is there, from a quarter of the window
 /// on; its bins are then wider.
 pub struct SpectrumStage {
-    /// Velocity and displacement, side by side.
-    sliding: SlidingWindow<2>,
+    sliding: SlidingWindow<1>,
     analyser: SpectrumAnalyser,
-    narrator: Narrator,
-    rate: f64,
 }
 
 impl SpectrumStage {
-    /// The stage of a run announced by `header`.
-    pub fn new(spec: &SpectrumSpec, header: &Header) -> Self {
-        let rate = header.sample_rate;
+    /// For samples at `rate` (Hz).
+    pub fn new(spec: &SpectrumSpec, rate: f64) -> Self {
         let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
             sliding: SlidingWindow::new(length, spec.every * rate)
                 .starting_with((length / 4).max(SpectrumAnalyser::FEWEST_SAMPLES)),
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
-            narrator: Narrator::new(header.sliding_speed),
-            rate,
         }
     }
 
@@ -40,36 +33,15 @@ impl SpectrumStage {
         clock: &Clock,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
-        let Self {
-            sliding,
-            analyser,
-            narrator,
-            rate,
-        } = self;
-        sliding.push([&frame.velocity, &frame.displacement], |view| {
-            let [velocity, displacement] = view.channels;
-            let spectrum = analyser.analyse(velocity)?;
-            let reading = Reading::of(&spectrum);
-            let time = clock.time(view.seen as f64 - 1.0);
-            let said = narrator.observe(&Observation {
-                time,
-                tilt: frame.tilt,
-                reading: &reading,
-                velocity,
-                sample_rate: *rate,
-                amplitude: half_range(displacement),
-                peak_velocity: peak_magnitude(velocity),
-            });
+        let Self { sliding, analyser } = self;
+        sliding.push([&frame.velocity], |view| {
+            let spectrum = analyser.analyse(view.channels[0])?;
             emit(Record::Spectrum {
-                time,
+                time: clock.time(view.seen as f64 - 1.0),
                 bin: spectrum.bin,
-                peaks: reading.peaks(),
+                peaks: Reading::of(&spectrum).peaks(),
                 amplitude: spectrum.amplitude,
-            })?;
-            match said {
-                Some(text) => emit(Record::Narration { time, text }),
-                None => Ok(()),
-            }
+            })
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Scenes, headers and frames made up for tests: signals known in closed form, cut into frames.
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
@@ -79,6 +79,24 @@ impl Motion {
     pub fn then(mut self, next: &Self) -> Self {
         self.displacement.extend(&next.displacement);
         self.velocity.extend(&next.velocity);
+        self
+    }
+
+    /// One fading into the other over 10 ms: a real motion has no clicks.
+    pub fn fading_into(mut self, next: &Self) -> Self {
+        let fade = (10e-3 * RATE) as usize;
+        let pairs = [
+            (&mut self.displacement, &next.displacement),
+            (&mut self.velocity, &next.velocity),
+        ];
+        for (old, new) in pairs {
+            let start = old.len() - fade;
+            for (i, (x, y)) in old[start..].iter_mut().zip(new).enumerate() {
+                let share = 0.5 - 0.5 * (PI * i as f64 / fade as f64).cos();
+                *x += share * (y - *x);
+            }
+            old.extend(&new[fade..]);
+        }
         self
     }
 

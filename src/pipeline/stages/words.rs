@@ -2,8 +2,8 @@
 
 use std::f64::consts::LN_2;
 
-use super::Reading;
-use super::narration::{Face, Observation};
+use super::narrator::{Face, Observation};
+use super::{Reading, half_range, peak_magnitude};
 use crate::analysis::{Bases, Combination};
 
 /// How many lines are spelled out.
@@ -15,6 +15,7 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
         Face::Silent => "Silent",
         Face::Growing => "A vibration is growing",
         Face::Fading => "The vibration is fading",
+        Face::Settling => "The vibration settles",
         Face::Tone => "Looks like a pure tone",
         Face::TwoTones => "Looks like two tones",
         Face::Broad => "Lines over a broad floor: looks like chaos",
@@ -27,8 +28,9 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
         }
         (Face::Growing, _) => envelope(seen, "doubles"),
         (Face::Fading, _) => envelope(seen, "halves"),
+        (Face::Settling, _) => settling(reading),
         (Face::Broad, _) => broad(reading),
-        (Face::Tone, Bases::One { f1 }) => tone(f1, reading),
+        (Face::Tone, Bases::One { f1 } | Bases::Two { f1, .. }) => tone(f1, reading),
         (Face::TwoTones, Bases::Two { f1, f2 }) => two_tones(f1, f2, reading),
         (Face::Tone | Face::TwoTones | Face::Unsettled, _) => unsettled(reading),
     };
@@ -39,7 +41,7 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
 
 /// The envelope is measured to a few per cent, so two digits are told.
 fn envelope(seen: &Observation<'_>, step: &str) -> String {
-    let time = rounded(LN_2 / seen.growth_rate().abs(), 2, "s");
+    let time = rounded(LN_2 / seen.growth_rate.abs(), 2, "s");
     let near = match seen.reading.lines.first() {
         Some(line) => format!(", strongest near **{}**", quantity(line.frequency, "Hz")),
         None => String::new(),
@@ -47,16 +49,33 @@ fn envelope(seen: &Observation<'_>, step: &str) -> String {
     format!("It {step} about every **{time}**{near}.")
 }
 
+/// Before a window without growth is long enough to tell more.
+fn settling(reading: &Reading) -> String {
+    format!(
+        "It has stopped growing or fading and finds its lasting form. {}",
+        strongest(reading)
+    )
+}
+
 fn tone(f1: f64, reading: &Reading) -> String {
-    let overtones = spelled(reading, |name| name.n > 1);
+    let overtones = spelled(reading, |name| name.n > 1 && name.m == 0);
     let overtones = if overtones.is_empty() {
         "No overtone stands out".to_owned()
     } else {
         format!("Overtones: {overtones}")
     };
     let (tone, period) = (quantity(f1, "Hz"), quantity(1.0 / f1, "s"));
+    let second = match reading.naming.bases {
+        Bases::Two { f2, .. } => format!(
+            " A second tone, f2 = {}, is there, but faint: {} of the first.",
+            quantity(f2, "Hz"),
+            percent(reading.second_tone())
+        ),
+        Bases::None | Bases::One { .. } => String::new(),
+    };
     format!(
-        "One fundamental, f1 = **{tone}**: the motion repeats about every {period}. {overtones}."
+        "One fundamental, f1 = **{tone}**: the motion repeats about every {period}. \
+         {overtones}.{second}"
     )
 }
 
@@ -83,11 +102,11 @@ fn two_tones(f1: f64, f2: f64, reading: &Reading) -> String {
 }
 
 fn broad(reading: &Reading) -> String {
-    let share = 100.0 * reading.broadband;
+    let share = percent(reading.floor);
     let lines = strongest(reading);
     format!(
-        "{share:.0} % of the power lies between the lines, and no pure tones make that. {lines} \
-         Chaos does this; so does noise: a spectrum alone cannot tell them apart."
+        "The lines stand on a floor that holds **{share}** of the power; pure tones leave none. \
+         {lines} Chaos does this; so does noise: a spectrum alone cannot tell them apart."
     )
 }
 
@@ -101,7 +120,7 @@ fn unsettled(reading: &Reading) -> String {
 
 /// How far and how fast, against the speed of sliding.
 fn size(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
-    let speed = quantity(seen.peak_velocity, "m/s");
+    let speed = quantity(peak_magnitude(seen.velocity), "m/s");
     let sliding = quantity(sliding_speed, "m/s");
     if face == Face::Silent {
         return format!("It moves at {speed} at most; the ball slides at {sliding}.");
@@ -113,7 +132,7 @@ fn size(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
     } else {
         "so it never slips backwards"
     };
-    let swing = quantity(seen.amplitude, "m");
+    let swing = quantity(half_range(seen.displacement), "m");
     format!(
         "The contact point swings ±{swing}, at up to {speed}; backwards at up to {} against a \
          sliding speed of {sliding}, {slip}.",
@@ -148,6 +167,18 @@ fn quantity(value: f64, unit: &str) -> String {
     rounded(value, 3, unit)
 }
 
+/// A share in per cent, to two digits: `0.085 %`, `12 %`.
+fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    let magnitude = if value > 0.0 {
+        value.log10().floor()
+    } else {
+        0.0
+    };
+    let decimals = (1.0 - magnitude).clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$} %")
+}
+
 /// A value rounded to so many digits, with an SI prefix.
 fn rounded(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
@@ -167,7 +198,15 @@ fn rounded(value: f64, digits: usize, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{quantity, rounded};
+    use super::{percent, quantity, rounded};
+
+    #[test]
+    fn shares_have_two_digits() {
+        assert_eq!(percent(0.000_85), "0.085 %");
+        assert_eq!(percent(0.0231), "2.3 %");
+        assert_eq!(percent(0.5), "50 %");
+        assert_eq!(percent(0.0), "0.0 %");
+    }
 
     #[test]
     fn quantities_have_three_digits_and_a_prefix() {

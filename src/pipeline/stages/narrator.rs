@@ -1,0 +1,376 @@
+//! What is being seen now, in words that rest on measured numbers only.
+//!
+//! A spectrum and an envelope cannot prove a torus or chaos, so the words say what it *looks
+//! like*. They are meant to be read aloud, so they must not flicker: a change is told only when
+//! two observations in a row agree on it, limits are easier to stay beyond than to cross, and
+//! nothing is said of tones while the vibration still grows or fades, since the spectrum of a
+//! window that holds both smears. So the window always starts after the last such change:
+//!
+//! * 20 ms after it a pure tone can be told;
+//! * 40 ms after it a torus can be told from chaos. Less will not do: where neighbouring motions
+//!   part as `exp(50 t / s)` they look alike for 20 ms, and lines 240 Hz apart leave no room to
+//!   see a floor between them in a window under `8 / 240 Hz`, two main lobes.
+//!
+//! # What the limits rest on
+//!
+//! The scenes that come with the program, seen through 40 ms without growth, every 5 ms (floor
+//! as [`Spectrum::floor_share`](crate::analysis::Spectrum::floor_share); second tone as the
+//! strongest line of the second base over the strongest line, velocities):
+//!
+//! | scene | floor | second tone | said |
+//! |---|---|---|---|
+//! | `periodic-2deg`, `mode-shift-3.5deg` | 2e-10 to 3e-10 | none | pure tone |
+//! | `tilt-ramp`, to 95 ms (3 degrees just reached) | 5e-10 to 3e-7 | up to 0.036 | pure tone |
+//! | `tilt-ramp`, 100 to 195 ms | 7e-6 to 8e-5 | 0.068 to 0.20 | two tones |
+//! | `tilt-ramp`, from 205 ms (5.6 degrees) on | 9e-5 to 1.4e-3, median 7e-4 | 0.20 to 0.23 | broad floor |
+//! | `torus-3deg`, three seeds | 1.3e-5 to 1.3e-4 | 0.16 | two tones |
+//! | `chaos-5deg`, three seeds | 3e-5 (rarely) to 1.2e-3, median 6e-4 | 0.18 to 0.21 | broad floor |
+//!
+//! The torus at 3 degrees, reached cold, is modulated at 40 Hz; its side lines merge with their
+//! neighbours in 40 ms and make up its floor. Growing, the envelope gains 3 to 5 (natural
+//! logarithm) in 5 ms; with lasting form it keeps to 0.1, chaos included.
+
+use super::{Reading, words};
+use crate::analysis::{AnalysisError, Bases, SpectrumAnalyser};
+
+/// The envelope is followed in pieces of this length, s.
+const PIECE: f64 = 5e-3;
+
+/// Time without growth after which a pure tone is told, s.
+const BRIEF: f64 = 20e-3;
+
+/// Growth of the root mean square from one piece to the next, as a natural logarithm: beyond the
+/// first it is growing (or fading), until it is back below the second.
+const GROWTH: Limits = Limits {
+    enter: 0.69,
+    leave: 0.22,
+};
+
+/// Peak velocity over sliding speed below which it is called silent (one leaves silence at the
+/// larger, and enters it at the smaller).
+const FAINT: Limits = Limits {
+    enter: 0.5e-3,
+    leave: 1e-3,
+};
+
+/// Share of the power in the floor beyond which the floor is called broad.
+const FLOOR: Limits = Limits {
+    enter: 3e-4,
+    leave: 6e-5,
+};
+
+/// Amplitude of the second tone over the first's beyond which there are two.
+const SECOND: Limits = Limits {
+    enter: 0.05,
+    leave: 0.025,
+};
+
+/// Time after which the same face is told again with the numbers of the day, s.
+const REFRESH: f64 = 50e-3;
+
+/// Hysteresis.
+struct Limits {
+    enter: f64,
+    leave: f64,
+}
+
+impl Limits {
+    fn now(&self, inside: bool) -> f64 {
+        if inside { self.leave } else { self.enter }
+    }
+}
+
+/// What is heard at one instant: the last samples, [`Narrator::MEMORY`] or what there is.
+pub struct Heard<'a> {
+    /// Time of the last sample, s.
+    pub time: f64,
+    /// Tilt now, rad.
+    pub tilt: f64,
+    /// Velocity of the probe, m/s.
+    pub velocity: &'a [f64],
+    /// Displacement of the probe, m.
+    pub displacement: &'a [f64],
+}
+
+/// What there is to speak of: the part of what is heard that is of one kind.
+pub struct Observation<'a> {
+    /// Tilt now, rad.
+    pub tilt: f64,
+    /// The lines and their names.
+    pub reading: &'a Reading,
+    /// Velocity of the probe, m/s.
+    pub velocity: &'a [f64],
+    /// Displacement of the probe, m.
+    pub displacement: &'a [f64],
+    /// Rate at which the envelope grows, 1/s.
+    pub growth_rate: f64,
+}
+
+/// The faces a run can show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Face {
+    /// Hardly anything moves.
+    Silent,
+    /// The envelope rises.
+    Growing,
+    /// The envelope falls.
+    Fading,
+    /// The envelope has just stopped changing; too early to tell more.
+    Settling,
+    /// One fundamental and its harmonics; a second tone at most faint.
+    Tone,
+    /// Two base frequencies and their combinations.
+    TwoTones,
+    /// Lines over a broad floor.
+    Broad,
+    /// Lines without a simple pattern, or none.
+    Unsettled,
+}
+
+/// Decides when to speak, and of what.
+pub struct Narrator {
+    /// Slip speed in steady sliding, m/s: what velocities are compared with.
+    sliding_speed: f64,
+    /// Samples a second, Hz.
+    rate: f64,
+    analyser: SpectrumAnalyser,
+    /// When it last grew, faded or was silent, s.
+    restless: f64,
+    told: Option<Told>,
+    /// A face seen once that differs from the one told.
+    pending: Option<Face>,
+}
+
+/// What was said last.
+#[derive(Clone, Copy)]
+struct Told {
+    face: Face,
+    time: f64,
+}
+
+impl Narrator {
+    /// How far back it listens, s. Without growth for so long, a torus can be told from chaos.
+    pub const MEMORY: f64 = 40e-3;
+
+    /// What it must have heard to begin with, s: growth is the ratio of two pieces.
+    pub const FIRST: f64 = 2.0 * PIECE;
+
+    /// Has said nothing yet; for samples at `rate` (Hz).
+    pub fn new(sliding_speed: f64, rate: f64) -> Self {
+        Self {
+            sliding_speed,
+            rate,
+            analyser: SpectrumAnalyser::new(super::LINE_WINDOW, rate),
+            restless: f64::NEG_INFINITY,
+            told: None,
+            pending: None,
+        }
+    }
+
+    /// Takes what is heard now; returns words (Markdown) if there is something new to say.
+    ///
+    /// # Errors
+    /// If there are too few samples for a spectrum.
+    pub fn listen(&mut self, heard: &Heard<'_>) -> Result<Option<String>, AnalysisError> {
+        let envelope = Envelope::of(heard.velocity, self.rate);
+        let change = self.change(&envelope);
+        if change.is_some() {
+            self.restless = heard.time;
+        }
+        let calm = ((heard.time - self.restless).max(Self::FIRST) * self.rate).round();
+        let count = heard.velocity.len().min(calm as usize);
+        let velocity = &heard.velocity[heard.velocity.len() - count..];
+        let reading = Reading::of(&self.analyser.analyse(velocity)?);
+        let face = change.unwrap_or_else(|| self.tones(&reading, count));
+        Ok(self.is_due(face, heard.time).then(|| {
+            let seen = Observation {
+                tilt: heard.tilt,
+                reading: &reading,
+                velocity,
+                displacement: &heard.displacement[heard.displacement.len() - count..],
+                growth_rate: envelope.growth / PIECE,
+            };
+            words::describe(face, &seen, self.sliding_speed)
+        }))
+    }
+
+    /// Whether to speak of this face now; if so, it counts as told.
+    fn is_due(&mut self, face: Face, time: f64) -> bool {
+        let due = match self.told {
+            None => face != Face::Settling,
+            Some(told) if told.face == face => {
+                self.pending = None;
+                // Half a sample of slack: times are sums of rounded numbers.
+                time - told.time + 0.5 / self.rate >= REFRESH
+            }
+            Some(_) => self.pending.replace(face) == Some(face),
+        };
+        if due {
+            self.pending = None;
+            self.told = Some(Told { face, time });
+        }
+        due
+    }
+
+    fn is(&self, face: Face) -> bool {
+        self.told.is_some_and(|told| told.face == face)
+    }
+
+    /// The face of a vibration whose envelope changes, or that is hardly there.
+    fn change(&self, envelope: &Envelope) -> Option<Face> {
+        let faint = FAINT.now(self.is(Face::Silent)) * self.sliding_speed;
+        if envelope.growth > GROWTH.now(self.is(Face::Growing)) {
+            Some(Face::Growing)
+        } else if envelope.peak <= faint {
+            Some(Face::Silent)
+        } else if -envelope.growth > GROWTH.now(self.is(Face::Fading)) {
+            Some(Face::Fading)
+        } else {
+            None
+        }
+    }
+
+    /// The face of `count` samples of a vibration that has found its strength.
+    fn tones(&self, reading: &Reading, count: usize) -> Face {
+        // A sample of slack, as the window may be rounded.
+        let heard = |seconds: f64| count as f64 + 1.0 > seconds * self.rate;
+        let second = SECOND.now(self.is(Face::TwoTones));
+        let pure = match reading.naming.bases {
+            Bases::None => false,
+            Bases::One { .. } => true,
+            Bases::Two { .. } => reading.second_tone() <= second,
+        };
+        if heard(Self::MEMORY) && reading.floor > FLOOR.now(self.is(Face::Broad)) {
+            Face::Broad
+        } else if heard(BRIEF) && pure {
+            Face::Tone
+        } else if !heard(Self::MEMORY) {
+            Face::Settling
+        } else if reading.naming.bases == Bases::None {
+            Face::Unsettled
+        } else {
+            Face::TwoTones
+        }
+    }
+}
+
+/// How loud it is, and whether that changes.
+struct Envelope {
+    /// Natural logarithm of the root mean square of the last piece over that of the piece before;
+    /// 0 where one of them is zero.
+    growth: f64,
+    /// Largest speed in the last piece, m/s.
+    peak: f64,
+}
+
+impl Envelope {
+    /// From the last two pieces of `velocity`.
+    fn of(velocity: &[f64], rate: f64) -> Self {
+        let piece = ((PIECE * rate).round() as usize).min(velocity.len() / 2);
+        let (before, last) = velocity[velocity.len() - 2 * piece..].split_at(piece);
+        let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+        let ratio = power(last) / power(before);
+        let both = ratio > 0.0 && ratio.is_finite();
+        Self {
+            growth: if both { 0.5 * ratio.ln() } else { 0.0 },
+            peak: super::peak_magnitude(last),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED};
+
+    /// What the narrator makes of a tone with an exponential envelope that ends at `speed`.
+    fn tell(narrator: &mut Narrator, rate: f64, speed: f64, time: f64) -> Option<String> {
+        let motion = Motion::tones(Narrator::MEMORY, &[(4117.0, speed, 0.0)]).with_growth(rate);
+        let heard = Heard {
+            time,
+            tilt: 0.0,
+            velocity: &motion.velocity,
+            displacement: &motion.displacement,
+        };
+        let said = narrator.listen(&heard).unwrap();
+        said.map(|text| text.lines().next().unwrap_or_default().to_owned())
+    }
+
+    #[test]
+    fn growth_is_that_of_the_envelope() {
+        for rate in [750.0, 50.0, 0.0, -300.0] {
+            let motion = Motion::tones(0.02, &[(4117.0, 1e-3, 0.0)]).with_growth(rate);
+            // Pieces that do not hold whole periods are off by their last half period.
+            let error = Envelope::of(&motion.velocity, RATE).growth / PIECE - rate;
+            assert!(
+                error.abs() < 0.02 * rate.abs() + 1.0,
+                "{rate} off by {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_change_is_told_when_it_is_seen_twice() {
+        let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+        let mut see = |rate, speed, k: u32| tell(&mut narrator, rate, speed, 1e-3 * f64::from(k));
+        let (silent, growing) = (1e-3 * 1e-3 * SLIDING_SPEED, 1e-3);
+        assert_eq!(see(0.0, silent, 0).as_deref(), Some("## Silent"));
+        assert_eq!(see(0.0, silent, 1), None);
+        // Once is not enough, nor twice with the old face in between.
+        assert_eq!(see(700.0, growing, 2), None);
+        assert_eq!(see(0.0, silent, 3), None);
+        assert_eq!(see(700.0, growing, 4), None);
+        let told = see(700.0, growing, 5);
+        assert_eq!(told.as_deref(), Some("## A vibration is growing"));
+        // Between the two limits of growth (44 and 138 a second) it stays what it was.
+        assert_eq!(see(100.0, growing, 6), None);
+        assert_eq!(see(100.0, growing, 7), None);
+        // Calm: 20 ms after the last growth it is a tone, and growth takes more to be told again.
+        assert_eq!(see(0.0, growing, 8), None);
+        let told = see(0.0, growing, 9);
+        assert_eq!(told.as_deref(), Some("## The vibration settles"));
+        assert_eq!(see(0.0, growing, 26), None);
+        assert_eq!(see(100.0, growing, 27), None);
+        let told = see(0.0, growing, 28);
+        assert_eq!(told.as_deref(), Some("## Looks like a pure tone"));
+        assert_eq!(see(-400.0, growing, 30), None);
+        let told = see(-400.0, growing, 31);
+        assert_eq!(told.as_deref(), Some("## The vibration is fading"));
+    }
+
+    #[test]
+    fn nothing_is_said_of_a_start_too_short_to_tell() {
+        let motion = Motion::tones(Narrator::FIRST, &[(4117.0, 1e-3, 0.0)]);
+        let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+        let heard = Heard {
+            time: 0.0,
+            tilt: 0.0,
+            velocity: &motion.velocity,
+            displacement: &motion.displacement,
+        };
+        assert_eq!(narrator.listen(&heard), Ok(None));
+    }
+
+    #[test]
+    fn a_second_tone_counts_from_a_twentieth_on() {
+        // The torus at 3 degrees with its second tone and its combinations weakened.
+        for (second, heading) in [
+            (0.8, "## Looks like a pure tone"),
+            (1.3, "## Looks like two tones"),
+        ] {
+            let weak = |(f, a): (f64, f64)| (f, 0.05 * second * a, f);
+            let mut tones = vec![(4112.9, 10e-3, 0.1), (12_338.7, 3e-3, 1.9)];
+            tones.extend([(3873.0, 9e-3), (7985.9, 10e-3), (12_098.8, 5e-3)].map(weak));
+            let motion = Motion::tones(Narrator::MEMORY, &tones);
+            let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+            let heard = Heard {
+                time: 0.0,
+                tilt: 0.0,
+                velocity: &motion.velocity,
+                displacement: &motion.displacement,
+            };
+            let text = narrator.listen(&heard).unwrap().unwrap();
+            assert_eq!(text.lines().next(), Some(heading), "{text}");
+        }
+    }
+}
