@@ -10,13 +10,15 @@ use super::run::{Job, Viewer};
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::joint::BallJoint;
 use crate::pipeline::message::Summary;
-use crate::pipeline::{Monitor, Sink, Tee, initial_state, run};
+use crate::pipeline::{Monitor, Simulation, Sink, Tee, drive, initial_state};
 use crate::record::{Output, RerunSink};
 use crate::scene::Scene;
 use crate::study;
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
+    // Before anything is opened: what is wrong with the joint leaves nothing behind.
+    let simulation = Simulation::new(job.scene)?;
     let output = Output {
         save: job.save.map(Into::into),
         connect: match job.viewer {
@@ -36,7 +38,12 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         stop: job.stop,
         progress: job.progress,
     };
-    Ok(run(job.scene, job.command, &mut Tee::new(sinks), monitor)?)
+    Ok(drive(
+        simulation,
+        job.command,
+        &mut Tee::new(sinks),
+        monitor,
+    )?)
 }
 
 /// The modes at steady sliding at each of the tilts (rad), by frequency.

@@ -5,6 +5,7 @@ use std::error::Error;
 use thiserror::Error;
 
 use super::output::OutputError;
+use crate::joint::AssemblyError;
 use crate::scene::SceneError;
 
 /// Any error of a layer below, kept as the source.
@@ -39,8 +40,36 @@ impl CliError {
         match self {
             Self::Scene(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
+            Self::Run { source, .. } if is_impossible_joint(source.as_ref()) => 2,
             Self::Output(_) | Self::Run { .. } => 1,
             Self::Interrupted => 130,
         }
+    }
+}
+
+/// Whether the cause of a fault is a scene whose numbers, each in its range, make no joint together.
+fn is_impossible_joint(cause: &(dyn Error + 'static)) -> bool {
+    cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible_joint)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::PipelineError;
+
+    #[test]
+    fn a_joint_that_cannot_be_is_bad_input() {
+        let joint = AssemblyError::Unpublished {
+            label: "5th bending".to_owned(),
+        };
+        let fault = |source: Cause| CliError::Run {
+            doing: "run",
+            source,
+        };
+        assert_eq!(
+            fault(Box::new(PipelineError::Assembly(joint))).exit_code(),
+            2
+        );
+        assert_eq!(fault("the disk is full".into()).exit_code(), 1);
     }
 }

@@ -13,6 +13,6 @@ mod stages;
 pub use analyse::{AnalyseError, Analyser};
 pub use error::PipelineError;
 pub use outlet::RecorderGone;
-pub use run::{Monitor, run};
+pub use run::{Monitor, drive, run};
 pub use simulate::{Simulation, initial_state};
 pub use sink::{Delivery, Sink, SinkError, Tee};

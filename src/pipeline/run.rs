@@ -58,10 +58,24 @@ pub fn run(
     sink: &mut dyn Sink,
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
+    drive(Simulation::new(scene)?, command, sink, monitor)
+}
+
+/// As [`run`], with a simulation that has been set up before: whatever is wrong with its scene has
+/// been told by then, and no sink had to be opened for it.
+///
+/// # Errors
+/// As [`run`].
+pub fn drive(
+    simulation: Simulation,
+    command: &str,
+    sink: &mut dyn Sink,
+    monitor: Monitor<'_>,
+) -> Result<Summary, PipelineError> {
     let began = Instant::now();
-    let simulation = Simulation::new(scene)?;
     let header = Arc::new(simulation.header(command));
-    let analyser = Analyser::new(scene, &header);
+    let analyser = Analyser::new(simulation.scene(), &header);
+    let planned = simulation.scene().duration;
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
@@ -84,7 +98,7 @@ pub fn run(
     });
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
-        summary.interrupted = summary.simulated < 0.999 * scene.duration;
+        summary.interrupted = summary.simulated < 0.999 * planned;
         sink.accept(Record::Summary(Arc::new(summary.clone())))
             .map_err(PipelineError::Sink)?;
         sink.finish().map_err(PipelineError::Sink)?;

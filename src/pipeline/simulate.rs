@@ -59,6 +59,10 @@ impl Simulation {
     /// If the joint cannot be assembled or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
         let ball = BallJoint::new(&scene.joint)?;
+        // A tilt that cannot be reached later is told now, not in the middle of the run.
+        for (_, tilt) in scene.tilt.knots() {
+            ball.model(*tilt)?;
+        }
         let tilt = scene.tilt.at(0.0);
         let model = ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
@@ -87,6 +91,11 @@ impl Simulation {
             audit,
             busy_seconds: 0.0,
         })
+    }
+
+    /// What is being simulated.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// What is known before the first frame.

@@ -519,6 +519,10 @@ proptest! {
 /// The default of the key is the element size that `fem` recommends.
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
-    let size = Scene::load("tilt-ramp").expect("preset").joint.body.element_size;
+    let size = Scene::load("tilt-ramp")
+        .expect("preset")
+        .joint
+        .body
+        .element_size;
     assert!((size - crate::fem::DEFAULT_ELEMENT_SIZE).abs() < 1e-12);
 }

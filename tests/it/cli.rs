@@ -212,3 +212,22 @@ fn usage_errors_are_bad_input_too() {
         .stdout(format!("squeakscope {}\n", squeakscope::VERSION));
     squeakscope(desk.path(), &["run", "--help"]).success();
 }
+
+/// Numbers that are each in range but make no joint together: bad input, with a remedy, and nothing
+/// left behind.
+#[test]
+fn joints_that_cannot_be_are_bad_input() {
+    let desk = desk();
+    let printed = squeakscope::scene::preset("torus-3deg")
+        .expect("preset")
+        .text;
+    assert!(printed.contains("load_n = 150") && printed.contains("tilt_deg = 3"));
+    let text = printed
+        .replace("load_n = 150", "load_n = 1e6")
+        .replace("tilt_deg = 3", "tilt_deg = 80");
+    std::fs::write(desk.path().join("scene.toml"), text).expect("written");
+    let message = refused(desk.path(), &["run", "scene.toml", "--save", "out.rrd"]);
+    assert!(message.contains("reaches the beam"), "{message}");
+    let left = std::fs::read_dir(desk.path()).expect("folder").count();
+    assert_eq!(left, 1, "only the scene");
+}
