@@ -4,6 +4,7 @@
 mod cli;
 mod convergence;
 mod equations;
+mod export;
 mod laws;
 mod layering;
 mod pipeline;
