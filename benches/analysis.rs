@@ -1,0 +1,164 @@
+//! What the analyses cost, each swept over one parameter.
+//!
+//! The signal is a torus of the natural set's three strongest tones; the cost does not depend on
+//! the values, but for the number of lines that are named.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use squeakscope::analysis::{
+    DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Window, name_lines,
+};
+use squeakscope::pipeline::message::{Frame, Record};
+use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError};
+use squeakscope::scene::{AnalysisSpec, Scene};
+
+/// Samples a second, Hz.
+const RATE: f64 = 200_000.0;
+
+fn torus(samples: usize) -> Vec<f64> {
+    let tones = [(4113.0, 16e-3), (3873.0, 2.4e-3), (12_339.0, 6e-3)];
+    let at = |i: usize| {
+        let t = i as f64 / RATE;
+        let tone = |(f, a): &(f64, f64)| a * (std::f64::consts::TAU * f * t).sin();
+        tones.iter().map(tone).sum()
+    };
+    (0..samples).map(at).collect()
+}
+
+/// A spectrum and its lines, by the length of the window.
+fn spectrum(c: &mut Criterion) {
+    let mut group = c.benchmark_group("spectrum");
+    for samples in [1000, 4000, 16_000] {
+        let signal = torus(samples);
+        let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, RATE);
+        group.throughput(Throughput::Elements(samples as u64));
+        group.bench_function(BenchmarkId::new("samples", samples), |b| {
+            b.iter(|| {
+                let spectrum = analyser.analyse(black_box(&signal)).unwrap();
+                spectrum.lines(&LineCriterion::default())
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Names, by the number of lines.
+fn names(c: &mut Criterion) {
+    let mut group = c.benchmark_group("names");
+    let orders = [
+        (1, 0),
+        (3, 0),
+        (1, 1),
+        (0, 1),
+        (2, 1),
+        (4, 0),
+        (2, 0),
+        (4, -1),
+        (0, 2),
+        (5, 0),
+        (3, -2),
+        (5, 1),
+    ];
+    for count in [3, 6, 12] {
+        let line = |(rank, &(n, m)): (usize, &(i32, i32))| Line {
+            frequency: f64::from(n) * 4113.0 + f64::from(m) * 3873.0,
+            amplitude: 0.7_f64.powi(rank as i32),
+        };
+        let lines: Vec<Line> = orders[..count].iter().enumerate().map(line).collect();
+        group.bench_function(BenchmarkId::new("lines", count), |b| {
+            b.iter(|| name_lines(black_box(&lines), 5.0));
+        });
+    }
+    group.finish();
+}
+
+/// A recurrence plot with its threshold and both pictures, by its side.
+fn recurrence(c: &mut Criterion) {
+    let mut group = c.benchmark_group("recurrence");
+    let signal = torus(4048);
+    let vectors = DelayVectors::new(&signal, 12, 5).unwrap();
+    for size in [100, 200, 400, 800] {
+        let picks: Vec<usize> = (0..size).map(|i| i * vectors.len() / size).collect();
+        let mut plot = RecurrencePlot::new();
+        group.throughput(Throughput::Elements((size * size) as u64));
+        group.bench_function(BenchmarkId::new("size", size), |b| {
+            b.iter(|| {
+                plot.measure(black_box(&vectors), &picks);
+                let threshold = plot.distance_for_rate(0.1);
+                (plot.distance_picture(), plot.recurrence_picture(threshold))
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Takes everything and keeps nothing.
+struct Drain;
+
+impl Sink for Drain {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        black_box(record);
+        Ok(())
+    }
+}
+
+/// The analyses of 100 simulated milliseconds of a scene, by which of them run.
+fn stages(c: &mut Criterion) {
+    let mut scene = Scene::load("torus-3deg").unwrap();
+    scene.duration = 0.1;
+    let all = scene.analysis.clone();
+    let none = AnalysisSpec::default();
+    let cases = [
+        ("none", none.clone()),
+        (
+            "spectrum",
+            AnalysisSpec {
+                spectrum: all.spectrum,
+                ..none.clone()
+            },
+        ),
+        (
+            "spectrogram",
+            AnalysisSpec {
+                spectrogram: all.spectrogram,
+                ..none.clone()
+            },
+        ),
+        (
+            "recurrence",
+            AnalysisSpec {
+                recurrence: all.recurrence,
+                ..none
+            },
+        ),
+        ("all", all),
+    ];
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let header = simulation.header("");
+    let next = || simulation.next_frame().unwrap().map(Arc::new);
+    let frames: Vec<Arc<Frame>> = std::iter::from_fn(next).collect();
+
+    let mut group = c.benchmark_group("stages of 100 ms");
+    group.sample_size(20);
+    for (name, analysis) in cases {
+        let scene = Scene {
+            analysis,
+            ..scene.clone()
+        };
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let mut analyser = Analyser::new(&scene, &header);
+                frames
+                    .iter()
+                    .for_each(|frame| analyser.push(frame, &mut Drain).unwrap());
+                analyser.summary()
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, spectrum, names, recurrence, stages);
+criterion_main!(benches);
