@@ -193,15 +193,11 @@ impl Layout {
             None,
         );
         let audit = self.series(
-            "Energy, µJ: stored (blue) = friction's work (pink) + unaccounted (orange)",
+            "Energy, µJ: stored (blue), friction's work (pink), unaccounted (orange)",
             paths::ENERGY,
             None,
         );
-        let key = self.picture(
-            "Key to the modes",
-            paths::MODES_KEY,
-            samples::mode_key_bounds(),
-        );
+        let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
         let left = Vertical::new([q, qdot]);
         let right = Vertical::new([energy, audit]);
         Horizontal::new([left.into(), key, right.into()])
@@ -357,7 +353,7 @@ impl Layout {
         let view: ContainerLike = Spatial3DView::new("Delay embedding of the displacement")
             .with_origin(paths::EMBEDDING)
             .into();
-        self.eye(&view, [1.9, -2.3, 1.5], [0.0; 3], [0.0, 0.0, 1.0]);
+        self.eye(&view, [2.2, -2.65, 1.75], [0.0; 3], [0.0, 0.0, 1.0]);
         view
     }
 
