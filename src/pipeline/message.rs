@@ -165,8 +165,12 @@ pub struct Header {
     pub sample_rate: f64,
     /// Simulated time planned, s.
     pub duration: f64,
+    /// The smallest tilt that the scene plans, rad.
+    pub min_tilt: f64,
     /// The largest tilt that the scene plans to reach, rad.
     pub max_tilt: f64,
+    /// Direction that the load tilts towards, from +x to +y, rad.
+    pub azimuth: f64,
     /// The body's surface.
     pub outline: Outline,
     /// Rotation of the ball, rad/s.
@@ -175,6 +179,8 @@ pub struct Header {
     pub load: f64,
     /// Radius of the ball, m.
     pub ball_radius: f64,
+    /// Radius of the contact patch, m.
+    pub patch_radius: f64,
     /// Slip speed at the central contact point in steady sliding, m/s.
     pub sliding_speed: f64,
 }
@@ -248,7 +254,7 @@ pub enum Record {
     },
     /// How the run is doing.
     Health(Health),
-    /// A few words (Markdown) on what is being seen now.
+    /// A few words on what is being seen now: Markdown that starts with a heading `## ...`.
     Narration {
         /// Simulated time, s.
         time: f64,

@@ -120,7 +120,9 @@ impl Simulation {
                 .collect(),
             sample_rate: scene.sample_rate,
             duration: scene.duration,
+            min_tilt: scene.tilt.min(),
             max_tilt: scene.tilt.max(),
+            azimuth: scene.joint.azimuth,
             outline: Outline {
                 vertices: surface.vertices,
                 triangles: surface.triangles,
@@ -129,6 +131,7 @@ impl Simulation {
             rotation: scene.joint.rotation,
             load: scene.joint.load,
             ball_radius: self.ball.ball_radius(),
+            patch_radius: self.ball.patch_radius(),
             sliding_speed: velocity.iter().map(|v| v * v).sum::<f64>().sqrt(),
         }
     }

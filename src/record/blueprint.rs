@@ -11,7 +11,7 @@ use rerun::{
         Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
         Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
         TimeSeriesView, Vertical,
-        components::{Corner2D, PanelState, PlayState},
+        components::{PanelState, PlayState},
     },
     datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
     external::{
@@ -28,13 +28,15 @@ use rerun::{
 };
 
 use super::{
-    error::RecordError, paths, plot::Bounds, portrait::Portrait, recurrence::Recurrence,
-    sink::APPLICATION, spectrum, stream, style,
+    error::RecordError, patch, paths, plot::Bounds, portrait::Portrait, recurrence::Recurrence,
+    samples, sink::APPLICATION, spectrum, stream, style, vantage::Vantage,
 };
 use crate::{pipeline::message::Header, scene::RecordSpec};
 
 /// Simulated time that the time series show, s: some twenty periods of a 4 kHz squeak.
 const SERIES_WINDOW: f64 = 5e-3;
+/// Snapshots of the contact that time series show where they are rarer than samples.
+const SNAPSHOTS: f64 = 50.0;
 /// Simulated seconds a second while playing.
 const PLAYBACK_SPEED: f64 = 0.01;
 
@@ -43,7 +45,7 @@ pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<
     let mut layout = Layout::default();
     let tabs = [
         layout.squeak_tab(header, spec),
-        layout.contact_tab(header),
+        layout.contact_tab(header, spec),
         layout.modes_tab(),
         layout.health_tab(),
         layout.about_tab(),
@@ -101,7 +103,7 @@ impl Layout {
             spectrum::spectrogram_plot(header).bounds(),
         );
         let spectrum = self.picture(
-            "Spectrum of the velocity",
+            "Spectrum of the velocity (lines in kHz)",
             paths::SPECTRUM,
             spectrum::spectrum_plot(header).bounds(),
         );
@@ -116,8 +118,12 @@ impl Layout {
             Some(SERIES_WINDOW),
         );
         let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        let tilt_range = (1.15 * header.max_tilt.to_degrees()).max(1.0);
-        self.range(&tilt, 0.0, tilt_range);
+        let [lowest, highest] = [header.min_tilt, header.max_tilt].map(|t| 1.15 * t.to_degrees());
+        self.range(
+            &tilt,
+            lowest.min(0.0),
+            highest.max(if lowest < 0.0 { 0.0 } else { 1.0 }),
+        );
         // Squeak grows until the slip just about reverses: its velocity is of the order of the
         // sliding speed, its displacement no more than that of the lowest mode so excited.
         let speed = header.sliding_speed;
@@ -126,9 +132,6 @@ impl Layout {
             self.range(&displacement, -1e6 * largest, 1e6 * largest);
         }
         self.range(&velocity, -2e3 * speed, 2e3 * speed);
-        for view in [&displacement, &velocity, &tilt] {
-            self.set(view, &PlotLegend::new().with_visible(false));
-        }
 
         let left = Vertical::new([words, body]).with_row_shares(vec![0.42, 0.58]);
         let top =
@@ -137,26 +140,32 @@ impl Layout {
         let bottom =
             Horizontal::new([displacement, velocity, tilt]).with_column_shares(vec![1.0, 1.0, 1.0]);
         let right = Vertical::new([top.into(), middle.into(), bottom.into()])
-            .with_row_shares(vec![0.42, 0.34, 0.24]);
+            .with_row_shares(vec![0.44, 0.35, 0.21]);
         Horizontal::new([left.into(), right.into()])
             .with_column_shares(vec![0.25, 0.75])
             .with_name("Squeak")
             .into()
     }
 
-    fn contact_tab(&mut self, header: &Header) -> ContainerLike {
+    fn contact_tab(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
         let patch = self.patch(header);
+        let rate = style::short(1e-3 * spec.patch_rate);
+        let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
         let counts = self.series(
-            "Nodes that slip, stick, are open",
+            &format!(
+                "Nodes that slide (blue), stick (orange), are open (white); {rate} kHz snapshots"
+            ),
             paths::NODE_COUNTS,
-            Some(SERIES_WINDOW),
+            window,
         );
         let force = self.series(
-            "Force on the patch, N",
+            &format!(
+                "Forces on the ball, N: normal (yellow), friction (pink); {rate} kHz snapshots"
+            ),
             paths::CONTACT_FORCE,
-            Some(SERIES_WINDOW),
+            window,
         );
-        self.range(&force, 0.0, 3.0 * header.load);
+        self.range(&force, 0.0, 1.6 * header.load);
         let embedding = self.embedding();
         let left = Vertical::new([patch, embedding]);
         let right = Vertical::new([counts, force]);
@@ -169,50 +178,61 @@ impl Layout {
     fn modes_tab(&mut self) -> ContainerLike {
         let window = Some(SERIES_WINDOW);
         let q = self.series(
-            "Modal coordinates, √kg µm (colours as on the right)",
+            "Modal coordinates, √kg µm (last 5 ms)",
             paths::MODES_Q,
             window,
         );
         let qdot = self.series(
-            "Modal velocities, √kg mm/s (colours as above right)",
+            "Modal velocities, √kg mm/s (last 5 ms)",
             paths::MODES_QDOT,
             window,
         );
-        for view in [&q, &qdot] {
-            self.set(view, &PlotLegend::new().with_visible(false));
-        }
         let energy = self.series(
             "Vibration energy of each mode, µJ (whole run)",
             paths::MODES_ENERGY,
             None,
         );
         let audit = self.series(
-            "Energy: stored, brought in by friction (whole run), µJ",
+            "Energy, µJ: stored (blue), friction's work (pink), unaccounted (orange)",
             paths::ENERGY,
             None,
         );
+        let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
         let left = Vertical::new([q, qdot]);
         let right = Vertical::new([energy, audit]);
-        Horizontal::new([left.into(), right.into()])
+        Horizontal::new([left.into(), key, right.into()])
+            .with_column_shares(vec![1.0, 0.3, 1.0])
             .with_name("Modes")
             .into()
     }
 
     fn health_tab(&mut self) -> ContainerLike {
-        let speed = self.series("Speed: simulated s per s", paths::HEALTH_SPEED, None);
+        let speed = self.series(
+            "Speed: simulated seconds per second",
+            paths::HEALTH_SPEED,
+            None,
+        );
         let work = self.series(
-            "Work of the integrator per simulated ms",
+            "Per simulated ms: steps (blue), rejected (orange), right-hand sides (green), transitions (pink)",
             paths::HEALTH_WORK,
             None,
         );
-        let queues = self.series("Queues and replaced pictures", paths::HEALTH_QUEUES, None);
-        let audit = self.series("Energy audit: relative residual", paths::HEALTH_AUDIT, None);
+        let queues = self.series(
+            "Waiting: frames (blue), records (orange); pictures replaced (green)",
+            paths::HEALTH_QUEUES,
+            None,
+        );
+        let audit = self.series(
+            "Energy audit: unaccounted, relative to what was turned over",
+            paths::HEALTH_AUDIT,
+            None,
+        );
         let log: ContainerLike = TextLogView::new("Log").with_origin(paths::LOG).into();
         let left = Vertical::new([speed, work]);
         let right = Vertical::new([queues, audit]);
         let plots = Horizontal::new([left.into(), right.into()]);
         Vertical::new([plots.into(), log])
-            .with_row_shares(vec![0.75, 0.25])
+            .with_row_shares(vec![0.8, 0.2])
             .with_name("Health")
             .into()
     }
@@ -226,7 +246,8 @@ impl Layout {
         TextDocumentView::new(name).with_origin(path).into()
     }
 
-    /// A time series of the last `window` s before the cursor, or of the whole run.
+    /// A time series of the last `window` s before the cursor, or of the whole run. A legend
+    /// would cover data: the name says what the colours mean.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
         let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
         if let Some(window) = window {
@@ -238,12 +259,7 @@ impl Layout {
                 }]),
             );
         }
-        self.set(
-            &view,
-            &PlotLegend::new()
-                .with_visible(true)
-                .with_corner(Corner2D::LeftTop),
-        );
+        self.set(&view, &PlotLegend::new().with_visible(false));
         view
     }
 
@@ -304,9 +320,13 @@ impl Layout {
         view
     }
 
-    /// The pole of the ball from above, near enough to see the patch at every tilt.
+    /// The ball from above, near enough to see the patch at every tilt of the run.
     fn patch(&mut self, header: &Header) -> ContainerLike {
-        let view: ContainerLike = Spatial3DView::new("Contact patch, from above the ball")
+        let name = format!(
+            "Contact patch; circles {}° apart",
+            style::short(patch::circle_step(header)),
+        );
+        let view: ContainerLike = Spatial3DView::new(name)
             .with_origin(paths::SCENE_3D)
             .with_contents(
                 [
@@ -315,19 +335,17 @@ impl Layout {
                     paths::RIM,
                     paths::TILT_CIRCLES,
                     paths::NODE_KEY,
+                    paths::FRICTION_KEY,
+                    paths::POLE,
                 ]
                 .map(|path| format!("+ /{path}")),
             )
             .into();
-        let radius = 1e3 * header.ball_radius;
-        let reach = radius * header.max_tilt.sin() + 0.12 * radius;
-        let height = radius + 1.75 * reach;
-        self.eye(
-            &view,
-            [0.0, -0.3 * (height - radius), height],
-            [0.0, 0.0, radius],
-            [0.0, 1.0, 0.0],
-        );
+        let vantage = Vantage::new(header);
+        // A little from below, and aimed below the middle to make room for the key.
+        let target = vantage.point([0.0, -0.12, 0.0]);
+        let from = vantage.point([0.0, -0.6, 2.55]);
+        self.eye(&view, from, target, vantage.up());
         view
     }
 
@@ -335,7 +353,7 @@ impl Layout {
         let view: ContainerLike = Spatial3DView::new("Delay embedding of the displacement")
             .with_origin(paths::EMBEDDING)
             .into();
-        self.eye(&view, [2.4, -2.9, 1.9], [0.0; 3], [0.0, 0.0, 1.0]);
+        self.eye(&view, [2.2, -2.65, 1.75], [0.0; 3], [0.0, 0.0, 1.0]);
         view
     }
 

@@ -8,7 +8,7 @@ use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius, RecordingStream};
 use super::{
     error::RecordError,
     paths, stream,
-    style::{self, ColorMap, FullScale},
+    style::{self, ColorMap, FullScale, Unit},
 };
 use crate::pipeline::message::{Frame, Header, Outline};
 
@@ -137,9 +137,12 @@ impl Body {
     fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let vertices = &self.header.outline.vertices;
         let lowest = vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
+        let full = self.scale.get();
+        let unit = Unit::length(full);
         let words = format!(
-            "grey still, yellow moves {} µm",
-            style::short(1e6 * self.scale.get()),
+            "grey still, yellow moves {} {}",
+            style::short(unit.per_si * full),
+            unit.symbol,
         );
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])

@@ -130,7 +130,7 @@ struct Due {
     health: f64,
 }
 
-fn header(duration: f64) -> Header {
+pub fn header(duration: f64) -> Header {
     Header {
         scene: "demo".to_owned(),
         title: "From a tone to a torus to chaos".to_owned(),
@@ -148,11 +148,14 @@ fn header(duration: f64) -> Header {
             .collect(),
         sample_rate: SAMPLE_RATE,
         duration,
+        min_tilt: 0.0,
         max_tilt: 6f64.to_radians(),
+        azimuth: 0.0,
         outline: outline(),
         rotation: [0.5f64.sqrt(), 0.5f64.sqrt(), 0.0],
         load: LOAD,
         ball_radius: BALL,
+        patch_radius: PATCH,
         sliding_speed: BALL,
     }
 }

@@ -45,6 +45,7 @@ mod spectrum;
 mod stream;
 mod style;
 mod text;
+mod vantage;
 
 #[cfg(test)]
 mod demo;

@@ -12,7 +12,9 @@ use super::{
     error::RecordError,
     paths,
     samples::{Rows, name_series},
-    stream, style,
+    stream,
+    style::{self, short},
+    vantage::Vantage,
 };
 use crate::pipeline::message::{Frame, Header, NodeState, PatchGeometry, PatchSnapshot};
 
@@ -20,8 +22,15 @@ use crate::pipeline::message::{Frame, Header, NodeState, PatchGeometry, PatchSna
 const BATCH_NODES: usize = 32_000;
 /// Height above the ball at which the patch is drawn, so that the surface does not hide it.
 const LIFT: f64 = 1.002;
-/// Largest length of a friction arrow, relative to the radius of the patch.
+/// Height at which the circles are drawn: below the nodes.
+const SUNK: f64 = 0.995;
+/// Height of the pole's mark: above the nodes.
+const RAISED: f64 = 1.02;
+/// Length of a friction arrow as large as a node's mean share of the load, relative to the
+/// radius of the patch. Steady friction, at a coefficient of about 1/2, reaches half of it.
 const ARROW: f64 = 0.8;
+/// Height of the row of the key below the middle of the view, relative to its reach.
+const KEY: f64 = -1.02;
 
 /// Everything about the contact patch.
 #[derive(Debug)]
@@ -30,6 +39,7 @@ pub struct Patch {
     geometry: Arc<PatchGeometry>,
     load: f64,
     ball_radius: f64,
+    vantage: Vantage,
     times: Vec<i64>,
     lengths: Vec<usize>,
     colors: Vec<rerun::Color>,
@@ -56,11 +66,12 @@ impl Patch {
             [style::LOAD, style::FRICTION],
         )?;
         draw_circles(rec, header)?;
-        draw_key(rec, header)?;
+        draw_pole(rec, header)?;
         Ok(Self {
             geometry: Arc::default(),
             load: header.load,
             ball_radius: header.ball_radius,
+            vantage: Vantage::new(header),
             times: Vec::new(),
             lengths: Vec::new(),
             colors: Vec::new(),
@@ -75,8 +86,12 @@ impl Patch {
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         let same = Arc::ptr_eq(&self.geometry, &frame.geometry) || self.geometry == frame.geometry;
         if !same {
+            let first = self.geometry.positions.is_empty();
             self.geometry = Arc::clone(&frame.geometry);
             self.draw_geometry(rec, frame.t0)?;
+            if first {
+                self.draw_key(rec)?;
+            }
         }
         for snapshot in &frame.patch {
             self.push_snapshot(snapshot);
@@ -116,9 +131,7 @@ impl Patch {
         self.radii
             .extend(forces.map(|(&force, &area)| radius(force, area)));
 
-        // The arrow of a node that carries its share of the load at friction coefficient 1/2
-        // (about the steady value) reaches half the largest length.
-        let scale = 1e3 * ARROW * geometry.radius * nodes as f64 / self.load;
+        let scale = self.arrow_scale();
         let arrows = snapshot.friction.iter();
         self.friction
             .extend(arrows.map(|f| f.map(|c| (scale * c) as f32)));
@@ -154,6 +167,45 @@ impl Patch {
         Ok(())
     }
 
+    /// Length of friction arrows, mm/N.
+    fn arrow_scale(&self) -> f64 {
+        let nodes = self.geometry.positions.len() as f64;
+        1e3 * ARROW * self.geometry.radius * nodes / self.load
+    }
+
+    /// The key to the colours of the nodes and to the arrows, in a row below all that the patch
+    /// visits.
+    fn draw_key(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+        let nodes = self.geometry.positions.len() as f64;
+        let shown = style::round_up(0.5 * self.load / nodes);
+        let entries = [
+            ("slides".to_owned(), style::node(NodeState::Slip)),
+            ("sticks (creeps)".to_owned(), style::node(NodeState::Stick)),
+            ("open".to_owned(), style::node(NodeState::Separated)),
+            (format!("friction {} N", short(shown)), style::FRICTION),
+        ];
+        let places = [-0.95, -0.4, 0.1, 0.75].map(|right| [right, KEY, 0.0]);
+        let points = places.map(|place| self.vantage.point(place).map(|c| c as f32));
+        // The last entry has an arrow instead of a dot.
+        let dots = [4.0, 4.0, 4.0, 0.0].map(Radius::new_ui_points);
+        let key = Points3D::new(points)
+            .with_colors(entries.each_ref().map(|(_, color)| *color))
+            .with_labels(entries.map(|(name, _)| name))
+            .with_show_labels(true)
+            .with_radii(dots);
+        rec.log_static(paths::NODE_KEY, &key)?;
+
+        let [_, _, _, [right, up, near]] = places;
+        let half = 0.5 * shown * self.arrow_scale() / self.vantage.reach;
+        let [from, to] = [right - half, right + half]
+            .map(|right| self.vantage.point([right, up, near]).map(|c| c as f32));
+        let arrow = Arrows3D::from_vectors([std::array::from_fn::<f32, 3, _>(|i| to[i] - from[i])])
+            .with_origins([from])
+            .with_colors([style::FRICTION])
+            .with_radii([Radius::new_ui_points(1.2)]);
+        Ok(rec.log_static(paths::FRICTION_KEY, &arrow)?)
+    }
+
     /// Where nodes, rim and load are from now on.
     fn draw_geometry(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let geometry = &*self.geometry;
@@ -173,7 +225,7 @@ impl Patch {
 
         let axis = geometry.direction;
         let angle = (geometry.radius / self.ball_radius).asin();
-        let rim = circle(axis, self.ball_radius, angle);
+        let rim = circle(axis, LIFT * self.ball_radius, angle);
         let rim = LineStrips3D::new([rim])
             .with_colors([style::LOAD])
             .with_radii([Radius::new_ui_points(1.0)]);
@@ -192,50 +244,53 @@ impl Patch {
     }
 }
 
+/// Degrees between circles of equal tilt.
+pub fn circle_step(header: &Header) -> f64 {
+    if largest_tilt(header) > 12.0 {
+        5.0
+    } else {
+        2.0
+    }
+}
+
+/// The largest tilt to either side, degrees.
+fn largest_tilt(header: &Header) -> f64 {
+    header
+        .max_tilt
+        .abs()
+        .max(header.min_tilt.abs())
+        .to_degrees()
+}
+
 /// Circles on the ball at whole degrees from the beam's axis: a ruler for the tilt.
 fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let largest = header.max_tilt.to_degrees().ceil().max(2.0);
-    let step = if largest > 12.0 { 5.0 } else { 2.0 };
-    let angles: Vec<f64> = (1..)
-        .map(|k| f64::from(k) * step)
-        .take_while(|angle| *angle <= largest + 1e-9)
-        .collect();
-    let strips = angles
-        .iter()
-        .map(|angle| circle([0.0, 0.0, 1.0], header.ball_radius, angle.to_radians()));
+    let step = circle_step(header);
+    let count = (largest_tilt(header) / step - 1e-9).ceil().max(1.0) as u32;
+    let strips = (1..=count).map(|k| {
+        let angle = (f64::from(k) * step).to_radians();
+        circle([0.0, 0.0, 1.0], SUNK * header.ball_radius, angle)
+    });
     let lines = LineStrips3D::new(strips)
-        .with_colors([style::GRID])
+        .with_colors([style::RULER])
         .with_radii([Radius::new_ui_points(0.8)]);
     Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
 }
 
-/// The key to the colours of the nodes, in a row below the circles.
-fn draw_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let radius = 1e3 * header.ball_radius;
-    let reach = radius * header.max_tilt.sin() + 0.12 * radius;
-    let entries = [
-        ("slides", style::node(NodeState::Slip)),
-        ("sticks", style::node(NodeState::Stick)),
-        ("open", style::node(NodeState::Separated)),
-        ("friction", style::FRICTION),
-    ];
-    let count = entries.len() as f64;
-    let places = (0..entries.len()).map(|k| {
-        let across = 2.0 * (k as f64 + 0.5) / count - 1.0;
-        [reach * across, -0.64 * reach, radius].map(|c| c as f32)
-    });
-    let key = Points3D::new(places)
-        .with_labels(entries.map(|(name, _)| name))
+/// Where the beam's axis leaves the ball: tilt zero.
+fn draw_pole(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let height = 1e3 * RAISED * header.ball_radius;
+    let pole = Points3D::new([[0.0, 0.0, height as f32]])
+        .with_labels(["beam axis"])
         .with_show_labels(true)
-        .with_colors(entries.map(|(_, color)| color))
+        .with_colors([style::POLE])
         .with_radii([Radius::new_ui_points(4.0)]);
-    Ok(rec.log_static(paths::NODE_KEY, &key)?)
+    Ok(rec.log_static(paths::POLE, &pole)?)
 }
 
-/// The circle on the ball at `angle` (rad) from the unit vector `axis`, mm.
-fn circle(axis: [f64; 3], ball_radius: f64, angle: f64) -> Vec<[f32; 3]> {
+/// The circle on a sphere of `radius` (m) at `angle` (rad) from the unit vector `axis`, mm.
+fn circle(axis: [f64; 3], radius: f64, angle: f64) -> Vec<[f32; 3]> {
     const CORNERS: usize = 96;
-    let radius = 1e3 * LIFT * ball_radius;
+    let radius = 1e3 * radius;
     // Any two unit vectors square to the axis and to one another, from the coordinate
     // direction that the axis is least along.
     let least = (0..3).min_by(|&i, &j| axis[i].abs().total_cmp(&axis[j].abs()));
@@ -277,7 +332,7 @@ mod tests {
         for point in circle(axis, 0.0158, 0.1) {
             let p = point.map(f64::from);
             let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();
-            assert!((length - 15.8 * LIFT).abs() < 1e-4);
+            assert!((length - 15.8).abs() < 1e-4);
             let cosine = (0..3).map(|i| p[i] * axis[i]).sum::<f64>() / length;
             assert!((cosine - 0.1f64.cos()).abs() < 1e-6);
         }

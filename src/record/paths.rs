@@ -26,6 +26,8 @@ pub const MODES_Q: &str = "modes/q";
 pub const MODES_QDOT: &str = "modes/qdot";
 /// Vibration energy, one series a mode.
 pub const MODES_ENERGY: &str = "modes/energy";
+/// What the colours of the modes mean.
+pub const MODES_KEY: &str = "modes_key";
 /// Stored energy, work of friction, residual of the audit.
 pub const ENERGY: &str = "energy";
 
@@ -47,6 +49,10 @@ pub const FRICTION: &str = "joint/patch/friction";
 pub const RIM: &str = "joint/patch/rim";
 /// What the colours of the nodes mean.
 pub const NODE_KEY: &str = "joint/patch/key";
+/// An arrow of known friction.
+pub const FRICTION_KEY: &str = "joint/patch/key_friction";
+/// Where the beam's axis meets the ball.
+pub const POLE: &str = "joint/patch/pole";
 /// Circles of equal polar angle on the ball.
 pub const TILT_CIRCLES: &str = "joint/patch/circles";
 /// How many nodes stick, slip, have lifted off.

@@ -21,7 +21,7 @@ pub enum Scaling {
 /// One axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Name and unit, such as `frequency, kHz`.
+    /// Name and unit, such as `frequency, kHz`; may be empty on the upright axis.
     pub name: String,
     /// Value at the left or lower end.
     pub low: f64,
@@ -54,14 +54,14 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis over whole decades, `10^low` to `10^high`, a tick each.
+    /// A logarithmic axis over whole decades, `10^low` to `10^high`, a tick every other one.
     pub fn decades(name: impl Into<String>, low: i32, high: i32) -> Self {
         Self {
             name: name.into(),
             low: 10f64.powi(low),
             high: 10f64.powi(high),
             scaling: Scaling::Logarithmic,
-            ticks: (low..=high).map(|k| 10f64.powi(k)).collect(),
+            ticks: (low + 1..=high).step_by(2).map(|k| 10f64.powi(k)).collect(),
         }
     }
 
@@ -83,6 +83,8 @@ pub struct Plot {
     pub width: f32,
     /// Height of the field, pixels.
     pub height: f32,
+    /// Room between the field and the name of the upright axis, pixels.
+    pub head: f32,
     /// Axis along the width.
     pub x: Axis,
     /// Axis along the height.
@@ -93,7 +95,7 @@ pub struct Plot {
 
 impl Plot {
     /// Space for labels round the field, pixels: left, right, above, below.
-    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 68.0];
+    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
 
     /// The picture position of a pair of values.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
@@ -108,7 +110,7 @@ impl Plot {
         let [left, right, above, below] = Self::MARGINS;
         Bounds {
             x: [-left, self.width + right],
-            y: [-above, self.height + below],
+            y: [-above - self.head, self.height + below],
         }
     }
 
@@ -172,8 +174,10 @@ impl Plot {
         }
         points.push([0.5 * self.width, self.height + 40.0]);
         words.push(self.x.name.clone());
-        points.push([0.5 * self.width, -36.0]);
-        words.push(self.y.name.clone());
+        if !self.y.name.is_empty() {
+            points.push([0.5 * self.width, -36.0 - self.head]);
+            words.push(self.y.name.clone());
+        }
         let count = points.len();
         Points2D::new(points)
             .with_labels(words)
@@ -203,7 +207,7 @@ mod tests {
         let axis = Axis::linear("u", -2.0, 2.0, 4);
         assert_eq!(axis.ticks, [-2.0, -1.0, 0.0, 1.0, 2.0]);
         let axis = Axis::decades("v", -2, 1);
-        assert_eq!(axis.ticks.len(), 4);
+        assert_eq!(axis.ticks, [0.1, 10.0]);
         assert!((axis.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
     }
 
@@ -212,6 +216,7 @@ mod tests {
         let plot = Plot {
             width: 200.0,
             height: 100.0,
+            head: 0.0,
             x: Axis::linear("x", 0.0, 10.0, 5),
             y: Axis::decades("y", -2, 2),
             grid: true,

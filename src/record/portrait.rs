@@ -9,25 +9,26 @@ use super::{
     paths,
     plot::{Axis, Plot},
     stream,
-    style::{self, FullScale, short},
+    style::{self, FullScale, Unit, short},
 };
 use crate::pipeline::message::Frame;
 
-/// Length of the trail, s: about fifty periods of a 4 kHz squeak.
-const TRAIL: f64 = 12e-3;
+/// Length of the trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
+/// tones a quarter of a kHz apart, so that a torus has closed before it fades.
+const TRAIL: f64 = 20e-3;
 /// The present point is logged every this many samples.
 const POINT_EVERY: usize = 10;
 /// Side of the field, pixels.
 const SIDE: f32 = 400.0;
-/// Smallest full scales: displacement in um and velocity in mm/s.
-const SMALLEST: [f64; 2] = [1e-4, 1e-3];
+/// Smallest full scales: displacement in m and velocity in m/s.
+const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 /// Pieces of the delay trail, each of one colour.
 const PIECES: usize = 8;
 
 /// The phase portrait of the probe.
 #[derive(Debug)]
 pub struct Portrait {
-    /// (displacement in um, velocity in mm/s) of the last frames, oldest first.
+    /// (displacement in m, velocity in m/s) of the last frames, oldest first.
     trail: VecDeque<Vec<[f64; 2]>>,
     scales: [FullScale; 2],
     drawn: bool,
@@ -43,21 +44,27 @@ impl Portrait {
         }
     }
 
-    /// The plot with given full scales.
-    fn plot(scales: [f64; 2]) -> Plot {
-        let axis = |name: &str, full: f64| Axis::linear(name, -full, full, 4);
-        Plot {
+    /// The plot with given full scales (m and m/s).
+    fn plot(scales: [f64; 2]) -> Field {
+        let units = [Unit::length(scales[0]), Unit::speed(scales[1])];
+        let axis = |name: &str, full: f64, unit: Unit| {
+            let full = unit.per_si * full;
+            Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
+        };
+        let plot = Plot {
             width: SIDE,
             height: SIDE,
-            x: axis("displacement u, µm", scales[0]),
-            y: axis("velocity v, mm/s", scales[1]),
+            head: 0.0,
+            x: axis("displacement u", scales[0], units[0]),
+            y: axis("velocity v", scales[1], units[1]),
             grid: true,
-        }
+        };
+        Field { plot, units }
     }
 
     /// What the view must show, whatever the scale.
     pub fn bounds() -> super::plot::Bounds {
-        Self::plot([1.0, 1.0]).bounds()
+        Self::plot([1.0, 1.0]).plot.bounds()
     }
 
     /// Takes a frame: the trail is drawn anew once a frame.
@@ -66,7 +73,7 @@ impl Portrait {
             return Ok(());
         }
         let points = frame.displacement.iter().zip(&frame.velocity);
-        let points: Vec<_> = points.map(|(u, v)| [1e6 * u, 1e3 * v]).collect();
+        let points: Vec<_> = points.map(|(&u, &v)| [u, v]).collect();
         let keep = (TRAIL / (frame.dt * frame.len() as f64)).ceil().max(1.0) as usize;
         self.trail.push_back(points);
         while self.trail.len() > keep {
@@ -80,18 +87,18 @@ impl Portrait {
             let peak = all.map(|p| p[c].abs()).fold(0.0, f64::max);
             changed |= scale.update(peak, SMALLEST[c]);
         }
-        let plot = Self::plot(self.scales.map(FullScale::get));
+        let field = Self::plot(self.scales.map(FullScale::get));
         if changed {
-            plot.draw(rec, paths::PORTRAIT_AXES, Some(frame.t0))?;
+            field.plot.draw(rec, paths::PORTRAIT_AXES, Some(frame.t0))?;
         }
-        self.draw_trail(rec, &plot, frame)?;
-        draw_point(rec, &plot, frame)
+        self.draw_trail(rec, &field, frame)?;
+        draw_point(rec, &field, frame)
     }
 
     fn draw_trail(
         &self,
         rec: &RecordingStream,
-        plot: &Plot,
+        field: &Field,
         frame: &Frame,
     ) -> Result<(), RecordError> {
         let pieces = self.trail.len();
@@ -99,7 +106,7 @@ impl Portrait {
             // Each piece runs on to the first point of the next, without a gap.
             let next = self.trail.get(k + 1).and_then(|piece| piece.first());
             let points = self.trail[k].iter().chain(next);
-            points.map(|p| plot.at(p[0], p[1])).collect::<Vec<_>>()
+            points.map(|p| field.at(*p)).collect::<Vec<_>>()
         });
         let trail = LineStrips2D::new(strips)
             .with_colors((0..pieces).map(|k| fade(k + 1, pieces)))
@@ -108,14 +115,28 @@ impl Portrait {
     }
 }
 
+/// A plot of the phase plane, and the units of its axes.
+struct Field {
+    plot: Plot,
+    units: [Unit; 2],
+}
+
+impl Field {
+    /// The picture position of a displacement (m) and a velocity (m/s).
+    fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
+        let [length, speed] = self.units;
+        self.plot.at(length.per_si * u, speed.per_si * v)
+    }
+}
+
 /// The present point moves finely within the frame.
-fn draw_point(rec: &RecordingStream, plot: &Plot, frame: &Frame) -> Result<(), RecordError> {
+fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(), RecordError> {
     let chosen = (0..frame.len()).step_by(POINT_EVERY);
     let times: Vec<i64> = chosen
         .clone()
         .map(|k| stream::nanos(frame.time(k)))
         .collect();
-    let positions = chosen.map(|k| plot.at(1e6 * frame.displacement[k], 1e3 * frame.velocity[k]));
+    let positions = chosen.map(|k| field.at([frame.displacement[k], frame.velocity[k]]));
     let columns = Points2D::update_fields()
         .with_positions(positions)
         .columns_of_unit_batches();
@@ -161,12 +182,12 @@ impl Embedding {
         points: &[[f32; 3]],
     ) -> Result<(), RecordError> {
         let largest = points.iter().flatten().fold(0.0f32, |m, c| m.max(c.abs()));
-        let changed = self.scale.update(1e6 * f64::from(largest), SMALLEST[0]);
+        let changed = self.scale.update(f64::from(largest), SMALLEST[0]);
         if changed || !self.drawn {
             self.drawn = true;
             draw_cube(rec, time, self.scale.get())?;
         }
-        let unit = (1e6 / self.scale.get()) as f32;
+        let unit = self.scale.get().recip() as f32;
         let length = points.len().div_ceil(PIECES).max(1);
         let pieces: Vec<Vec<[f32; 3]>> = points
             .chunks(length)
@@ -204,7 +225,9 @@ fn draw_cube(rec: &RecordingStream, time: f64, full: f64) -> Result<(), RecordEr
         .with_radii([Radius::new_ui_points(0.8)]);
     stream::log_at(rec, paths::axis_lines(paths::EMBEDDING_AXES), time, &edges)?;
     let words = ["u(t)", "u(t - τ)", "u(t - 2τ)"];
-    let words = words.map(|name| format!("{name}, ±{} µm", short(full)));
+    let unit = Unit::length(full);
+    let range = format!("±{} {}", short(unit.per_si * full), unit.symbol);
+    let words = words.map(|name| format!("{name}, {range}"));
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(words)
         .with_show_labels(true)

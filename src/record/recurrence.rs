@@ -15,7 +15,7 @@ use super::{
     paths,
     plot::{Axis, Bounds, Plot},
     stream,
-    style::{self, ColorMap, short},
+    style::{self, ColorMap, Unit, short},
 };
 
 /// Side of the field, pixels of the picture's plane.
@@ -77,23 +77,20 @@ impl Recurrence {
 
     fn plot(window: f64) -> Plot {
         let axis = |name: &str| Axis::linear(name, -1e3 * window, 0.0, 4);
+        // The upright axis means the same; the caption takes the place of its name.
         Plot {
             width: SIDE,
             height: SIDE,
-            x: axis("time before now, ms"),
-            y: axis("time before now, ms"),
+            head: 0.0,
+            x: axis("time before now, ms, on both axes"),
+            y: axis(""),
             grid: false,
         }
     }
 
     /// What the view must show, whatever the window.
     pub fn bounds() -> Bounds {
-        let Bounds { x, y: [top, low] } = Self::plot(1.0).bounds();
-        // One more line of words, the caption.
-        Bounds {
-            x,
-            y: [top - 28.0, low],
-        }
+        Self::plot(1.0).bounds()
     }
 
     /// Draws a plot.
@@ -112,14 +109,16 @@ impl Recurrence {
             .with_draw_order(-2.0);
         stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &image)?;
 
+        let unit = Unit::length(picture.threshold);
         let words = format!(
-            "{:.1} % recurrent, ε = {} µm, m = {}, τ = {} µs",
+            "{:.0} % recurrent, ε = {} {}, m = {}, τ = {} µs",
             1e2 * picture.rate,
-            short(1e6 * picture.threshold),
+            short(unit.per_si * picture.threshold),
+            unit.symbol,
             picture.dimension,
             short(1e6 * picture.lag),
         );
-        let caption = Points2D::new([[0.5 * SIDE, -64.0]])
+        let caption = Points2D::new([[0.5 * SIDE, -36.0]])
             .with_labels([words])
             .with_colors([style::AXIS])
             .with_radii([Radius::new_ui_points(0.0)]);

@@ -1,8 +1,8 @@
 //! Columns of plain numbers: probe, modes, energies, tilt, health.
 
-use rerun::{RecordingStream, Scalars, SeriesLines};
+use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
 
-use super::{error::RecordError, paths, stream, style};
+use super::{error::RecordError, paths, plot::Bounds, stream, style};
 use crate::pipeline::message::{Frame, Header, Health, ModeInfo};
 
 /// Rows sent in one go: long enough that a row costs little, short enough to follow live.
@@ -93,12 +93,16 @@ impl Samples {
             let colors = (0..header.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
             name_series(rec, path, header.modes.iter().map(mode_name), colors)?;
         }
+        draw_mode_key(rec, header)?;
         name_series(
             rec,
             paths::ENERGY,
-            ["stored, µJ", "work of friction, µJ", "audit residual, µJ"].map(str::to_owned),
+            ["stored, µJ", "work of friction, µJ", "unaccounted, µJ"].map(str::to_owned),
             [style::SIGNAL, style::FRICTION, style::ACCENT],
         )?;
+        // The first two nearly coincide: the wide one shows at both sides of the narrow one.
+        let widths = SeriesLines::update_fields().with_widths([3.6, 1.2, 1.2]);
+        rec.log_static(paths::ENERGY, &widths)?;
         let modes = header.modes.len();
         Ok(Self {
             displacement: Rows::new(paths::DISPLACEMENT, 1),
@@ -156,6 +160,32 @@ impl Samples {
             &mut self.tilt,
         ]
     }
+}
+
+/// Height of a name in the key to the modes, pixels, and the width of the key.
+const KEY_LINE: f32 = 30.0;
+const KEY_WIDTH: f32 = 190.0;
+/// Lines of the key: as many as there are colours for.
+const KEY_LINES: usize = style::MODES.len();
+
+/// What the view of the key must show.
+pub fn mode_key_bounds() -> Bounds {
+    Bounds {
+        x: [0.0, KEY_WIDTH],
+        y: [0.0, KEY_LINE * (KEY_LINES as f32 + 1.0)],
+    }
+}
+
+/// The names of the modes in their colours, one below the other.
+fn draw_mode_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+    let modes = || header.modes.iter().take(KEY_LINES);
+    let places = (0..modes().len()).map(|k| [0.5 * KEY_WIDTH, KEY_LINE * (k as f32 + 0.5)]);
+    let key = Points2D::new(places)
+        .with_labels(modes().map(mode_name))
+        .with_show_labels(true)
+        .with_colors(style::MODES)
+        .with_radii([Radius::new_ui_points(0.0)]);
+    Ok(rec.log_static(paths::MODES_KEY, &key)?)
 }
 
 /// Label and frequency of a mode.

@@ -155,7 +155,8 @@ impl RerunSink {
         self.flushed = Instant::now();
         result.map_err(|error| match &self.file {
             Some(file) => file.write_error(error.to_string()),
-            None => self.viewer_error(error.to_string()),
+            // Rerun's own words for this suspect a fault of its own.
+            None => self.viewer_error("it was closed or no longer answers".to_owned()),
         })
     }
 

@@ -13,11 +13,15 @@ use crate::pipeline::message::{Header, Peak};
 
 /// Peaks that get a label; more would cover one another.
 const LABELLED: usize = 6;
-/// Lines that the names of peaks take turns on, and the height of one, pixels.
+/// Lines above the field for the names of peaks, and the height of one, pixels.
 const NAME_LINES: usize = 3;
-const NAME_HEIGHT: f32 = 20.0;
+const NAME_HEIGHT: f32 = 24.0;
+/// Width of a letter of a name and of the space round a name, pixels, on the generous side: the
+/// viewer writes at a fixed size whatever the size of the picture.
+const LETTER: f32 = 8.0;
+const NAME_PADDING: f32 = 16.0;
 /// Levels at the two ends of the colour map, dB relative to 1 mm/s.
-const LEVELS: [f32; 2] = [-50.0, 25.0];
+const LEVELS: [f32; 2] = [-60.0, 25.0];
 /// Pixels of the spectrogram along time, in all and a tile.
 const WIDTH: usize = 640;
 const TILE: usize = 16;
@@ -32,13 +36,14 @@ fn highest_frequency(header: &Header) -> f64 {
     (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
 }
 
-/// The plot of the spectrum: 0.001 to 100 mm/s over frequency in kHz.
+/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency in kHz.
 pub fn spectrum_plot(header: &Header) -> Plot {
     Plot {
         width: 400.0,
-        height: 190.0,
+        height: 150.0,
+        head: NAME_LINES as f32 * NAME_HEIGHT - 4.0,
         x: Axis::linear("frequency, kHz", 0.0, 1e-3 * highest_frequency(header), 6),
-        y: Axis::decades("amplitude of the velocity, mm/s", -3, 2),
+        y: Axis::decades("amplitude of the velocity, mm/s", -4, 2),
         grid: true,
     }
 }
@@ -66,31 +71,28 @@ pub fn draw_spectrum(
     let shown = peaks
         .iter()
         .filter(|peak| 1e-3 * peak.frequency <= plot.x.high);
-    let mut peaks: Vec<_> = shown.take(LABELLED).collect();
-    peaks.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-    let positions = peaks
-        .iter()
-        .map(|peak| plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude));
-    let marks = Points2D::new(positions)
+    let peaks: Vec<_> = shown.take(LABELLED).collect();
+    let tip = |peak: &Peak| plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude);
+    let marks = Points2D::new(peaks.iter().map(|peak| tip(peak)))
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
     stream::log_at(rec, paths::SPECTRUM_PEAKS, time, &marks)?;
 
-    // Neighbours get their names on different lines, so that these do not cover one another.
-    let anchor = |k: usize, peak: &Peak| {
-        let [x, _] = plot.at(1e-3 * peak.frequency, 1.0);
-        [x, (k % NAME_LINES) as f32 * NAME_HEIGHT]
-    };
-    let anchors = || peaks.iter().enumerate().map(|(k, peak)| anchor(k, peak));
-    let names = Points2D::new(anchors())
-        .with_labels(peaks.iter().map(|peak| peak_label(peak)))
+    let named = peaks.iter().map(|peak| Named {
+        tip: tip(peak),
+        name: peak_label(peak),
+    });
+    let placed = place_names(plot.width, named);
+    let names = Points2D::new(placed.iter().map(|name| name.at))
+        .with_labels(placed.iter().map(|name| name.named.name.as_str()))
         .with_show_labels(true)
-        .with_colors(vec![style::ACCENT; peaks.len()])
+        .with_colors(vec![style::ACCENT; placed.len()])
         .with_radii([Radius::new_ui_points(0.0)]);
     stream::log_at(rec, paths::SPECTRUM_NAMES, time, &names)?;
-    let stems = anchors().zip(&peaks).map(|([x, y], peak)| {
-        let [_, tip] = plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude);
-        [[x, y + NAME_HEIGHT], [x, tip]]
+    // From the foot of the name: a point's words hang below it.
+    let stems = placed.iter().map(|name| {
+        let [x, tip] = name.named.tip;
+        [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
     });
     let stems = LineStrips2D::new(stems)
         .with_colors([style::faded(style::ACCENT, 0.5)])
@@ -98,13 +100,47 @@ pub fn draw_spectrum(
     stream::log_at(rec, paths::SPECTRUM_STEMS, time, &stems)
 }
 
-/// Frequency, and what it is where that is known.
+/// A peak's tip and its name.
+#[derive(Clone, Debug, PartialEq)]
+struct Named {
+    tip: [f32; 2],
+    name: String,
+}
+
+/// A name and the point that it hangs from, its middle.
+#[derive(Clone, Debug, PartialEq)]
+struct Placed {
+    named: Named,
+    at: [f32; 2],
+}
+
+/// Places names above the field, each over its peak as far as it goes, in the order given: the
+/// first to come takes the lowest line where it covers no other. One without room is left out;
+/// its peak keeps its mark.
+fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
+    let mut placed: Vec<Placed> = Vec::new();
+    let mut taken: [Vec<[f32; 2]>; NAME_LINES] = Default::default();
+    for named in names {
+        let half = 0.5 * (LETTER * named.name.chars().count() as f32 + NAME_PADDING);
+        let middle = named.tip[0].clamp(half - NAME_PADDING, width + NAME_PADDING - half);
+        let [left, right] = [middle - half, middle + half];
+        let is_free = |line: &Vec<[f32; 2]>| line.iter().all(|[a, b]| right <= *a || *b <= left);
+        if let Some(line) = taken.iter().position(is_free) {
+            taken[line].push([left, right]);
+            let at = [middle, -(line as f32 + 1.0) * NAME_HEIGHT - 4.0];
+            placed.push(Placed { named, at });
+        }
+    }
+    placed
+}
+
+/// What it is, where that is known, and its frequency in kHz.
 fn peak_label(peak: &Peak) -> String {
-    let frequency = format!("{:.2} kHz", 1e-3 * peak.frequency);
+    let frequency = 1e-3 * peak.frequency;
     if peak.label.is_empty() {
-        frequency
+        format!("{frequency:.2}")
     } else {
-        format!("{} = {frequency}", peak.label)
+        format!("{}: {frequency:.2}", peak.label)
     }
 }
 
@@ -234,6 +270,7 @@ pub fn spectrogram_plot(header: &Header) -> Plot {
     Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
+        head: 0.0,
         x: Axis::linear("time, ms", 0.0, 1e3 * header.duration, 8),
         y: Axis::linear(
             format!(
@@ -254,14 +291,40 @@ mod tests {
     use super::*;
 
     #[test]
+    fn names_do_not_cover_one_another() {
+        let named = |x: f32, name: &str| Named {
+            tip: [x, 50.0],
+            name: name.to_owned(),
+        };
+        let crowd = [
+            (100.0, "f1: 4.12"),
+            (103.0, "f2: 3.88"),
+            (390.0, "3 f1: 12.36"),
+            (97.0, "f3: 4"),
+        ];
+        let placed = place_names(400.0, crowd.map(|(x, name)| named(x, name)).into_iter());
+        let line = |k: usize| (-placed[k].at[1] / NAME_HEIGHT) as usize;
+        assert_eq!([line(0), line(1), line(2), line(3)], [1, 2, 1, 3]);
+        assert_eq!(placed[0].at[0], 100.0, "over its peak");
+        assert!(placed[2].at[0] < 390.0, "within the view");
+        // A fourth at the same place has no room.
+        let five = [100.0, 101.0, 102.0, 103.0, 300.0].map(|x| named(x, "f1: 4.12"));
+        let kept: Vec<_> = place_names(400.0, five.into_iter())
+            .iter()
+            .map(|p| p.named.tip[0])
+            .collect();
+        assert_eq!(kept, [100.0, 101.0, 102.0, 300.0]);
+    }
+
+    #[test]
     fn peaks_are_named() {
         let mut peak = Peak {
             frequency: 4117.0,
             amplitude: 1e-3,
             label: "f1".to_owned(),
         };
-        assert_eq!(peak_label(&peak), "f1 = 4.12 kHz");
+        assert_eq!(peak_label(&peak), "f1: 4.12");
         peak.label.clear();
-        assert_eq!(peak_label(&peak), "4.12 kHz");
+        assert_eq!(peak_label(&peak), "4.12");
     }
 }

@@ -11,6 +11,10 @@ pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
 pub const AXIS: Color = rgb(0x9a, 0xa4, 0xb2);
 /// Grid lines.
 pub const GRID: Color = rgb(0x2e, 0x34, 0x3d);
+/// Circles of equal tilt.
+pub const RULER: Color = rgb(0x55, 0x5f, 0x6d);
+/// Where the beam's axis meets the ball.
+pub const POLE: Color = rgb(0xf4, 0xf6, 0xf8);
 /// The signal: probe, portrait, spectrum.
 pub const SIGNAL: Color = rgb(0x56, 0xb4, 0xe9);
 /// The second signal of a pair.
@@ -118,8 +122,8 @@ impl ColorMap {
     }
 }
 
-/// The full scale of a picture: 1, 2 or 5 times a power of ten, changed only when the data
-/// outgrow it or shrink far below it, so that a picture does not breathe with the signal.
+/// The full scale of a picture: a round number, changed only when the data outgrow it or shrink
+/// far below it, so that a picture does not breathe with the signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FullScale(f64);
 
@@ -144,13 +148,42 @@ impl FullScale {
     }
 }
 
-/// The smallest 1, 2 or 5 times a power of ten that is not below `x` (positive).
-fn round_up(x: f64) -> f64 {
+/// The smallest round number (1, 1.5, 2, 3, 4, 5, 6 or 8 times a power of ten) that is not below
+/// `x` (positive).
+pub fn round_up(x: f64) -> f64 {
     let decade = 10f64.powf(x.log10().floor());
-    let digit = [1.0, 2.0, 5.0]
+    let digit = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]
         .into_iter()
         .find(|d| d * decade >= x * (1.0 - 1e-9));
     digit.unwrap_or(10.0) * decade
+}
+
+/// A unit that values are drawn in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Its symbol.
+    pub symbol: &'static str,
+    /// How many of it make the SI unit.
+    pub per_si: f64,
+}
+
+impl Unit {
+    /// The unit of lengths in which `full` (m) is a number that reads well: µm down to pm.
+    pub fn length(full: f64) -> Self {
+        Self::fitting(full, [("µm", 1e6), ("nm", 1e9), ("pm", 1e12)])
+    }
+
+    /// The unit of speeds in which `full` (m/s) is a number that reads well: mm/s down to nm/s.
+    pub fn speed(full: f64) -> Self {
+        Self::fitting(full, [("mm/s", 1e3), ("µm/s", 1e6), ("nm/s", 1e9)])
+    }
+
+    /// The largest in which `full` is not below a tenth, else the smallest.
+    fn fitting(full: f64, units: [(&'static str, f64); 3]) -> Self {
+        let fits = |(_, per_si): &(&str, f64)| full * per_si >= 0.1;
+        let (symbol, per_si) = units.into_iter().find(fits).unwrap_or(units[2]);
+        Self { symbol, per_si }
+    }
 }
 
 /// A number for a label: at most three significant digits, no trailing zeros.
@@ -186,14 +219,22 @@ mod tests {
     #[test]
     fn full_scale_holds_still_within_its_band() {
         let mut scale = FullScale::new(1e-3);
-        assert!(scale.update(0.7, 1e-3));
-        assert_eq!(scale.get(), 1.0);
+        assert!(scale.update(0.9, 1e-3));
+        assert!((scale.get() - 1.0).abs() < 1e-12);
         assert!(!scale.update(0.31, 1e-3), "within the band");
         assert!(scale.update(0.1, 1e-3));
         assert!((scale.get() - 0.1).abs() < 1e-12);
         assert!(scale.update(0.0, 1e-3), "silence goes to the smallest");
         assert!((scale.get() - 1e-3).abs() < 1e-12);
         assert!(!scale.update(f64::NAN, 1e-3));
+    }
+
+    #[test]
+    fn units_fit_the_scale() {
+        let symbols = [1e-6, 1e-7, 5e-8, 2e-11, 0.0].map(|full| Unit::length(full).symbol);
+        assert_eq!(symbols, ["µm", "µm", "nm", "pm", "pm"]);
+        let unit = Unit::speed(3e-6);
+        assert_eq!((unit.symbol, 3e-6 * unit.per_si), ("µm/s", 3.0));
     }
 
     #[test]

@@ -10,10 +10,10 @@ const READING: &str = "\
 | view | what it shows |
 |---|---|
 | **Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most |
-| **Contact patch** | where the ball bears on the socket: *blue* nodes slide, *orange* stick, *white* have lifted off; a disc grows with its pressure; pink arrows are friction; the yellow ring is the edge, the grey circles lie 2° apart |
-| **Phase portrait** | velocity against displacement: a closed loop is a pure tone, a woven band a torus, a tangle chaos |
+| **Contact patch** | where the ball bears on the socket, seen along the load: *blue* nodes slide, *orange* ones stick (they only creep), *white* ones have lifted off; a node grows with its pressure; pink arrows are the friction on the ball; the yellow ring is the edge; the white dot is the beam's axis, with circles of equal tilt round it |
+| **Phase portrait** | velocity against displacement of the contact's centre along the sliding, the last 20 ms: a closed loop is a pure tone, a woven band a torus, a tangle chaos |
 | **Recurrence plot** | bright where the motion comes back: unbroken diagonals mean a tone, broken ones chaos |
-| **Spectrum, spectrogram** | how strong each frequency is, now and since the start |
+| **Spectrum, spectrogram** | how strong each frequency is, now and over the whole run; the spectrogram begins and ends half a window inside |
 
 Drag the cursor at the bottom, or press play: it runs a hundred times slower than life.
 ";
@@ -59,11 +59,13 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
         command = header.command,
     );
     rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
-    let opening = "The run starts from a small kick.";
+    let opening =
+        "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed.";
     narrate(rec, header, 0.0, opening)
 }
 
-/// What is being seen now, below the scene's title.
+/// What is being seen now, between the scene's title and its description. `words` are Markdown
+/// with a heading of their own.
 pub fn narrate(
     rec: &RecordingStream,
     header: &Header,
@@ -71,7 +73,7 @@ pub fn narrate(
     words: &str,
 ) -> Result<(), RecordError> {
     let text = format!(
-        "## {title}\n\n**Now, at {ms:.0} ms:** {words}\n\n---\n\n{about}\n\n\
+        "**{title}**\n\n{words}\n\n*Seen at {ms:.0} ms.*\n\n---\n\n{about}\n\n\
          *Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed:.1} mm/s. \
          How to read the views: tab “About”.*\n\n`squeakscope {version}`",
         title = header.title,

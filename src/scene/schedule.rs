@@ -41,6 +41,14 @@ impl Schedule {
         }
     }
 
+    /// The smallest value it reaches.
+    pub fn min(&self) -> f64 {
+        self.knots
+            .iter()
+            .map(|k| k.1)
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// The largest value it reaches.
     pub fn max(&self) -> f64 {
         self.knots

@@ -132,11 +132,14 @@ pub fn header() -> Header {
         modes: Vec::new(),
         sample_rate: RATE,
         duration: 0.1,
+        min_tilt: 0.0,
         max_tilt: 0.0,
+        azimuth: 0.0,
         outline: Outline::default(),
         rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
         load: 150.0,
         ball_radius: 15.875e-3,
+        patch_radius: 1.697e-3,
         sliding_speed: SLIDING_SPEED,
     }
 }
