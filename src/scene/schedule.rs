@@ -43,10 +43,7 @@ impl Schedule {
 
     /// The smallest value it reaches.
     pub fn min(&self) -> f64 {
-        self.knots
-            .iter()
-            .map(|k| k.1)
-            .fold(f64::INFINITY, f64::min)
+        self.knots.iter().map(|k| k.1).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest value it reaches.
