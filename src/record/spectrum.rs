@@ -21,7 +21,7 @@ const NAME_HEIGHT: f32 = 24.0;
 const LETTER: f32 = 8.0;
 const NAME_PADDING: f32 = 16.0;
 /// Levels at the two ends of the colour map, dB relative to 1 mm/s.
-const LEVELS: [f32; 2] = [-60.0, 25.0];
+const LEVELS: [f32; 2] = [-70.0, 25.0];
 /// Pixels of the spectrogram along time, in all and a tile.
 const WIDTH: usize = 640;
 const TILE: usize = 16;

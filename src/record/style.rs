@@ -180,7 +180,7 @@ impl Unit {
 
     /// The largest in which `full` is not below a tenth, else the smallest.
     fn fitting(full: f64, units: [(&'static str, f64); 3]) -> Self {
-        let fits = |(_, per_si): &(&str, f64)| full * per_si >= 0.1;
+        let fits = |(_, per_si): &(&str, f64)| full * per_si >= 0.1 * (1.0 - 1e-9);
         let (symbol, per_si) = units.into_iter().find(fits).unwrap_or(units[2]);
         Self { symbol, per_si }
     }
