@@ -7,7 +7,8 @@
 //! window that holds both smears. So the window always starts after the last such change:
 //!
 //! * 20 ms after it a pure tone can be told;
-//! * 40 ms after it a torus can be told from chaos. Less will not do: where neighbouring motions
+//! * 40 ms after it a torus can be told from chaos, and as long must its floor have been gone
+//!   before chaos is said to have ended. Less will not do: where neighbouring motions
 //!   part as `exp(50 t / s)` they look alike for 20 ms, and lines 240 Hz apart leave no room to
 //!   see a floor between them in a window under `8 / 240 Hz`, two main lobes.
 //!
@@ -142,15 +143,25 @@ pub struct Narrator {
     /// When it last grew, faded or was silent, s.
     restless: f64,
     told: Option<Told>,
-    /// A face seen once that differs from the one told.
-    pending: Option<Face>,
+    /// A face that differs from the one told, and since when it has been seen.
+    pending: Option<Told>,
 }
 
-/// What was said last.
+/// A face and a time: what was said last and when, or what has been seen and since when.
 #[derive(Clone, Copy)]
 struct Told {
     face: Face,
     time: f64,
+}
+
+/// How long a new face must have been seen before it replaces the one told, s; it is always seen
+/// twice. Chaos has calm stretches that look like the torus it came from, so its floor must have
+/// been gone for as long as the narrator listens.
+fn patience(told: Face, seen: Face) -> f64 {
+    match (told, seen) {
+        (Face::Broad, Face::Tone | Face::TwoTones | Face::Unsettled) => Narrator::MEMORY,
+        _ => 0.0,
+    }
 }
 
 impl Narrator {
@@ -208,7 +219,16 @@ impl Narrator {
                 // Half a sample of slack: times are sums of rounded numbers.
                 time - told.time + 0.5 / self.rate >= REFRESH
             }
-            Some(_) => self.pending.replace(face) == Some(face),
+            // Half a sample of slack: times are sums of rounded numbers.
+            Some(told) => match self.pending {
+                Some(seen) if seen.face == face => {
+                    time - seen.time + 0.5 / self.rate >= patience(told.face, face)
+                }
+                _ => {
+                    self.pending = Some(Told { face, time });
+                    false
+                }
+            },
         };
         if due {
             self.pending = None;
