@@ -28,11 +28,12 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         spawn: job.viewer == Viewer::Spawned,
     };
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-    if output != Output::default() {
-        sinks.push(Box::new(RerunSink::new(&output, job.scene.record)?));
-    }
+    // The recording comes last: it takes its name only when the samples have theirs.
     if let Some(path) = job.npz {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
+    }
+    if output != Output::default() {
+        sinks.push(Box::new(RerunSink::new(&output, job.scene.record)?));
     }
     let monitor = Monitor {
         stop: job.stop,

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use super::output::OutputError;
 use crate::joint::AssemblyError;
+use crate::pipeline::PipelineError;
 use crate::scene::SceneError;
 
 /// Any error of a layer below, kept as the source.
@@ -49,13 +50,13 @@ impl CliError {
 
 /// Whether the cause of a fault is a scene whose numbers, each in its range, make no joint together.
 fn is_impossible_joint(cause: &(dyn Error + 'static)) -> bool {
-    cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible_joint)
+    let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
+    step || cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible_joint)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::PipelineError;
 
     #[test]
     fn a_joint_that_cannot_be_is_bad_input() {

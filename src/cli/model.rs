@@ -31,7 +31,10 @@ pub(super) fn model(
     report::print_warnings(&scene.warnings());
     let out = OutputFile::check(&args.out, "--out")?;
     // Again with the other output, to see that the two differ.
-    let [_, json] = check_all([("--out", Some(&args.out)), ("--json", args.json.as_deref())])?;
+    let [_, json] = check_all(
+        args.scene.as_deref(),
+        [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
+    )?;
     let model = build(&scene).map_err(|source| CliError::Run {
         doing: "model",
         source,

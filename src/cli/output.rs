@@ -36,6 +36,14 @@ pub enum OutputError {
         /// The other option that asked for it.
         other: &'static str,
     },
+    /// The output would replace the scene that is being run.
+    #[error("`{path}` ({option}) is the scene itself; give the output a path of its own")]
+    IsScene {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+    },
     /// The directory does not exist or cannot be written to.
     #[error(
         "cannot write `{path}` ({option}): no file can be made in its directory; create the directory or choose another"
@@ -73,7 +81,7 @@ impl OutputFile {
     /// When it is a directory or a device, or no file can be made in its directory.
     pub fn check(path: &Path, option: &'static str) -> Result<Self, OutputError> {
         // Through a link, what is replaced is the file it leads to.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let target = resolved(path);
         let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
         if !is_file_name || fs::metadata(&target).is_ok_and(|there| !there.is_file()) {
             return Err(OutputError::NotAFile {
@@ -122,6 +130,19 @@ impl OutputFile {
     }
 }
 
+/// A path with its links resolved; of a file that is not there yet, those of its directory.
+fn resolved(path: &Path) -> PathBuf {
+    let of_directory = || {
+        let parent = path.parent().filter(|parent| *parent != Path::new(""));
+        let directory = fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()?;
+        Some(directory.join(path.file_name()?))
+    };
+    fs::canonicalize(path)
+        .ok()
+        .or_else(of_directory)
+        .unwrap_or_else(|| path.to_owned())
+}
+
 /// Whether a path is written like a directory's.
 fn ends_in_separator(path: &Path) -> bool {
     path.as_os_str()
@@ -129,19 +150,26 @@ fn ends_in_separator(path: &Path) -> bool {
         .ends_with(std::path::is_separator)
 }
 
-/// Checks all outputs of a command: each by itself, and that no two are the same.
+/// Checks all outputs of a command: each by itself, that no two are the same, and that none would
+/// replace the `scene`, where that is a file.
 ///
 /// # Errors
-/// The first that cannot be written, or is asked for twice.
+/// The first that cannot be written, is asked for twice, or is the scene.
 pub fn check_all<const N: usize>(
+    scene: Option<&str>,
     wanted: [(&'static str, Option<&Path>); N],
 ) -> Result<[Option<OutputFile>; N], OutputError> {
+    let scene = scene.and_then(|name| fs::canonicalize(name).ok());
     let mut files: [Option<OutputFile>; N] = [const { None }; N];
     for k in 0..N {
         let (option, Some(path)) = wanted[k] else {
             continue;
         };
         let file = OutputFile::check(path, option)?;
+        if scene.as_deref() == Some(file.path()) {
+            let path = path.to_owned();
+            return Err(OutputError::IsScene { path, option });
+        }
         let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
         if let Some(j) = same {
             return Err(OutputError::Twice {
@@ -227,11 +255,23 @@ mod tests {
     fn two_outputs_cannot_share_a_path() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("out");
-        let twice = check_all([
-            ("--save", Some(&*path)),
-            ("--npz", None),
-            ("--json", Some(&*path)),
-        ]);
+        let twice = check_all(
+            None,
+            [
+                ("--save", Some(&*path)),
+                ("--npz", None),
+                ("--json", Some(&*path)),
+            ],
+        );
+        let missing = folder.path().join("new");
+        let detour = folder.path().join(".").join("new");
+        let two_names = [("--save", Some(&*missing)), ("--json", Some(&*detour))];
+        let error = check_all(None, two_names).expect_err("the same file, not there yet");
+        assert!(matches!(error, OutputError::Twice { .. }));
+        fs::write(&missing, "a scene").expect("written");
+        let onto_scene = [("--save", Some(&*detour))];
+        let error = check_all(missing.to_str(), onto_scene).expect_err("the scene");
+        assert!(matches!(error, OutputError::IsScene { .. }));
         let message = twice.expect_err("refused").to_string();
         assert!(
             message.contains("asked for twice (--json, --save)"),

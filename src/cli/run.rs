@@ -66,11 +66,14 @@ fn execute(
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    let [save, npz, json] = check_all([
-        ("--save", recording(args)),
-        ("--npz", args.npz.as_deref()),
-        ("--json", args.json.as_deref()),
-    ])?;
+    let [save, npz, json] = check_all(
+        args.scene.as_deref(),
+        [
+            ("--save", recording(args)),
+            ("--npz", args.npz.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
     let progress = Progress::new(scene.duration);
     let command = command_line();
     let summary = simulate(&Job {

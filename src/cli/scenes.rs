@@ -14,7 +14,7 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
-    let [json] = output::check_all([("--json", args.json.as_deref())])?;
+    let [json] = output::check_all(None, [("--json", args.json.as_deref())])?;
     match &args.name {
         None => report::deliver(&ScenesReport::of_presets()?, json.as_ref())?,
         Some(name) => {

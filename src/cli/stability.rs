@@ -26,7 +26,7 @@ pub(super) fn stability(
         Ok(there.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
-    let [json] = check_all([("--json", args.json.as_deref())])?;
+    let [json] = check_all(args.scene.as_deref(), [("--json", args.json.as_deref())])?;
     let modes = analyse(&scene, &tilts).map_err(|source| CliError::Run {
         doing: "stability analysis",
         source,

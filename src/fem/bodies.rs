@@ -15,7 +15,7 @@ use super::section::{Curve, Drawing, Grading, Partition, Section, Sides};
 use super::{FemError, Geometry, LengthReading};
 
 /// The largest mesh that is made, in elements before grading: some ten seconds, not hours.
-const ELEMENT_LIMIT: usize = 2_000;
+pub const ELEMENT_LIMIT: usize = 2_000;
 
 /// The mesh of a ball on a beam, and which of its nodes lie on the free surface.
 #[derive(Clone, Debug)]

@@ -61,6 +61,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+pub use bodies::ELEMENT_LIMIT;
 pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, SurfaceMesh};
 pub use error::FemError;
 pub use harmonic::Harmonic;

@@ -34,3 +34,4 @@ pub use spec::{
 };
 pub use stability::{LinearMode, StabilityError};
 pub use system::Joint;
+pub use traction::MOST_MODES;

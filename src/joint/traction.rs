@@ -179,8 +179,8 @@ impl<L: Law> Traction<'_, L> {
 /// Number of modes in the paper: the loop is compiled for it apart.
 const PAPER_MODES: usize = 11;
 
-/// The most modes that the loop's accumulators hold.
-pub(crate) const MOST_MODES: usize = 64;
+/// The most modes that a joint can have: as many as the hot loop has accumulators for.
+pub const MOST_MODES: usize = 64;
 
 /// A pass over the normal gaps only: which nodes are open.
 pub(crate) struct OpenNodes<'a> {

@@ -12,6 +12,17 @@ pub enum PipelineError {
     /// The joint cannot be assembled.
     #[error("the joint cannot be assembled")]
     Assembly(#[from] AssemblyError),
+    /// A fixed step is too long for the fastest mode.
+    #[error(
+        "a fixed step of {step_us} us is unstable for the fastest mode: choose time.max_step_us \
+         below {limit_us:.3}, or an adaptive method"
+    )]
+    Step {
+        /// The step, us.
+        step_us: f64,
+        /// The longest stable one, us.
+        limit_us: f64,
+    },
     /// The integration failed.
     #[error("the simulation stopped")]
     Dynamics(#[from] DynamicsError),

@@ -47,8 +47,8 @@ impl Monitor<'_> {
 
 /// Runs a scene to its end, or until the monitor says stop, into a sink.
 ///
-/// `command` says how the program was started. The calling thread records; simulation and analysis have threads of their own. On success and
-/// after a stop the sink is finished; after an error it is abandoned.
+/// `command` says how the program was started. Simulation, analysis and recording have a thread each.
+/// On success and after a stop the sink is finished; after an error it is abandoned.
 ///
 /// # Errors
 /// The first fault on the road, by place: simulation, analysis, sink. A panic in a thread is one.
@@ -75,7 +75,6 @@ pub fn drive(
     let began = Instant::now();
     let header = Arc::new(simulation.header(command));
     let analyser = Analyser::new(simulation.scene(), &header);
-    let planned = simulation.scene().duration;
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
@@ -86,19 +85,23 @@ pub fn drive(
         let analysing = spawn(scope, "analyse", move || {
             analyse(analyser, &frame_in, outlet)
         })?;
-        let recorded = record(sink, Record::Header(header), record_in);
+        let sink = &mut *sink;
+        let recording = spawn(scope, "record", move || {
+            record(sink, Record::Header(header), record_in)
+        })?;
+        let recorded = join(recording, "record");
         let analysed = join(analysing, "analyse");
         let simulated = join(simulating, "simulate");
         // The cause comes before its effects: a station that lost its neighbour only says so.
-        simulated?;
-        match (analysed, recorded) {
-            (_, Err(fault)) => Err(fault),
-            (analysed, Ok(())) => analysed,
-        }
+        let interrupted = !simulated?;
+        recorded?;
+        Ok(Summary {
+            interrupted,
+            ..analysed?
+        })
     });
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
-        summary.interrupted = summary.simulated < 0.999 * planned;
         sink.accept(Record::Summary(Arc::new(summary.clone())))
             .map_err(PipelineError::Sink)?;
         sink.finish().map_err(PipelineError::Sink)?;
@@ -110,11 +113,12 @@ pub fn drive(
     finish
 }
 
+/// Sends frame after frame; returns whether the planned time was reached.
 fn simulate(
     mut simulation: Simulation,
     frames: Sender<Frame>,
     monitor: Monitor<'_>,
-) -> Result<(), PipelineError> {
+) -> Result<bool, PipelineError> {
     while !monitor.stopping() {
         let Some(frame) = simulation.next_frame()? else {
             break;
@@ -126,7 +130,7 @@ fn simulate(
         }
         (monitor.progress)(end);
     }
-    Ok(())
+    Ok(simulation.is_over())
 }
 
 fn analyse(

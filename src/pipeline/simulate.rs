@@ -68,6 +68,7 @@ impl Simulation {
         let joint = Joint::new(&model).with_audit();
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
+        check_step(&scene.integrator, joint.omega())?;
         let mut integrator = Integrator::new(method(&scene.integrator), &joint)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = scene.joint.contact.nodes.div_ceil(8);
@@ -141,6 +142,11 @@ impl Simulation {
         (self.scene.duration * self.scene.sample_rate)
             .round()
             .max(1.0) as u64
+    }
+
+    /// Whether the planned time is over.
+    pub fn is_over(&self) -> bool {
+        self.next_sample >= self.samples()
     }
 
     /// The next frame; `None` when the planned time is over.
@@ -262,6 +268,20 @@ fn method(integrator: &scene::Integrator) -> Method {
         scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
         scene::Method::Rk4 => Method::Rk4 { step: max_step },
     }
+}
+
+/// A fixed step must keep the fastest free vibration stable: `omega h < 2 sqrt(2)` for the classical
+/// Runge-Kutta method.
+fn check_step(integrator: &scene::Integrator, omega: &[f64]) -> Result<(), PipelineError> {
+    let fastest = omega.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let limit = 8.0_f64.sqrt() / fastest;
+    if integrator.method == scene::Method::Rk4 && integrator.max_step > limit {
+        return Err(PipelineError::Step {
+            step_us: 1e6 * integrator.max_step,
+            limit_us: 1e6 * limit,
+        });
+    }
+    Ok(())
 }
 
 fn patch_geometry(ball: &BallJoint, model: &Model, tilt: f64) -> PatchGeometry {

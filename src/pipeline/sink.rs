@@ -37,8 +37,8 @@ pub trait Sink: Send {
         Ok(())
     }
 
-    /// Called instead of [`Sink::finish`] when the run has failed: keep what there is readable, but
-    /// do not put it in the place of an older result.
+    /// Called when the run has failed, [`Sink::finish`] included: keep what there is readable, but do
+    /// not put it in the place of an older result. After a `finish` that went well it does nothing.
     fn abandon(&mut self) {}
 }
 
@@ -82,11 +82,8 @@ impl Sink for Tee {
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        // One that fails does not keep the others from finishing; the first fault is told.
-        self.sinks
-            .iter_mut()
-            .map(|sink| sink.finish())
-            .fold(Ok(()), Result::and)
+        // The first fault stops the rest: what has not been put in its place yet stays out of it.
+        self.sinks.iter_mut().try_for_each(|sink| sink.finish())
     }
 
     fn abandon(&mut self) {

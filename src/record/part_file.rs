@@ -2,10 +2,14 @@
 
 use std::{
     fs::File,
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
 use super::error::RecordError;
+
+/// The most parts that may lie beside one recording.
+const MOST_PARTS: u32 = 99;
 
 /// A recording being written beside the place where it will stand: `name.rrd.part`.
 ///
@@ -33,14 +37,28 @@ impl PartFile {
         let Some(name) = path.file_name() else {
             return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
         };
-        let mut part_name = name.to_owned();
-        part_name.push(".part");
-        let part = path.with_file_name(part_name);
-        File::create(&part).map_err(fault)?;
-        Ok(Self {
-            path: path.to_owned(),
-            part,
-        })
+        // A part that is there belongs to another run, or is all that is left of one: it is kept.
+        let mut taken = 0;
+        loop {
+            let mut part_name = name.to_owned();
+            part_name.push(match taken {
+                0 => ".part".to_owned(),
+                n => format!(".{n}.part"),
+            });
+            let part = path.with_file_name(part_name);
+            match File::create_new(&part) {
+                Ok(_) => {
+                    return Ok(Self {
+                        path: path.to_owned(),
+                        part,
+                    });
+                }
+                Err(error) if error.kind() == ErrorKind::AlreadyExists && taken < MOST_PARTS => {
+                    taken += 1;
+                }
+                Err(error) => return Err(fault(error)),
+            }
+        }
     }
 
     /// The place asked for.
@@ -80,5 +98,31 @@ impl PartFile {
             part: self.part.clone(),
             source,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two runs to one place have a part each; what another run left is not touched.
+    #[test]
+    fn parts_are_not_shared() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.rrd");
+        std::fs::write(folder.path().join("run.rrd.part"), "left by another").unwrap();
+        let (first, second) = (
+            PartFile::create(&path).unwrap(),
+            PartFile::create(&path).unwrap(),
+        );
+        assert_ne!(first.part(), second.part());
+        std::fs::write(first.part(), "first").unwrap();
+        std::fs::write(second.part(), "second").unwrap();
+        first.keep().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"first");
+        second.keep().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"second");
+        let left = std::fs::read(folder.path().join("run.rrd.part")).unwrap();
+        assert_eq!(left, b"left by another");
     }
 }

@@ -231,3 +231,44 @@ fn joints_that_cannot_be_are_bad_input() {
     let left = std::fs::read_dir(desk.path()).expect("folder").count();
     assert_eq!(left, 1, "only the scene");
 }
+
+/// Limits that several keys share are told with file, line and key like any other.
+#[test]
+fn shared_limits_are_told_at_their_line() {
+    let desk = desk();
+    let printed = squeakscope::scene::preset("torus-3deg")
+        .expect("preset")
+        .text;
+    for (new, said) in [
+        ("frequencies = \"fe\"\nbending_pairs = 33", "at most 64"),
+        ("frequencies = \"fe\"\nelement_size_mm = 1", "at most 2000"),
+    ] {
+        let text = printed.replace("frequencies = \"published\"", new);
+        assert_ne!(text, printed);
+        std::fs::write(desk.path().join("scene.toml"), text).expect("written");
+        let message = refused(desk.path(), &["run", "scene.toml", "--save", "out.rrd"]);
+        assert!(
+            message.starts_with("error: scene.toml:") && message.contains(said),
+            "{message}"
+        );
+    }
+}
+
+/// An output that would replace the scene is refused.
+#[test]
+fn the_scene_is_not_overwritten() {
+    let desk = desk();
+    let printed = squeakscope::scene::preset("torus-3deg")
+        .expect("preset")
+        .text;
+    std::fs::write(desk.path().join("scene.toml"), printed).expect("written");
+    let message = refused(
+        desk.path(),
+        &["run", "scene.toml", "--save", "./scene.toml"],
+    );
+    assert!(message.contains("is the scene itself"), "{message}");
+    assert_eq!(
+        std::fs::read(desk.path().join("scene.toml")).expect("there"),
+        printed.as_bytes()
+    );
+}

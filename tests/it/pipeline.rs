@@ -159,3 +159,41 @@ fn absent_analyses_send_nothing() {
         );
     }
 }
+
+/// A run whose duration is no whole number of samples is complete, not interrupted.
+#[test]
+fn odd_durations_are_complete() {
+    let mut scene = Scene::load("torus-3deg").unwrap();
+    scene.duration = 1.2324e-3;
+    let summary = run(&scene, "test", &mut Vec::new(), Monitor::default()).unwrap();
+    assert!(!summary.interrupted);
+    assert!((summary.simulated - 246.0 / 200e3).abs() < 1e-15);
+}
+
+/// A panic on the recorder's thread is the run's error, like one on any other.
+#[test]
+fn a_panicking_sink_is_the_run_s_error() {
+    struct Broken;
+    impl Sink for Broken {
+        fn accept(&mut self, _: Record) -> Result<(), SinkError> {
+            panic!("out of ink");
+        }
+    }
+    let fault = run(&short(), "test", &mut Broken, Monitor::default()).unwrap_err();
+    let said = fault.to_string();
+    assert!(
+        said.contains("`record`") && said.contains("out of ink"),
+        "{said}"
+    );
+}
+
+/// A fixed step that cannot be stable is refused before anything runs.
+#[test]
+fn hopeless_steps_are_refused() {
+    let mut scene = short();
+    scene.integrator.method = squeakscope::scene::Method::Rk4;
+    scene.integrator.max_step = 1e-3;
+    let fault = run(&scene, "test", &mut Vec::new(), Monitor::default()).unwrap_err();
+    assert!(matches!(fault, PipelineError::Step { .. }), "{fault:?}");
+    assert!(fault.to_string().contains("below 36.1"), "{fault}");
+}

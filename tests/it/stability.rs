@@ -69,6 +69,7 @@ fn a_hundred_nodes_are_enough() {
     let ball = BallJoint::new(&scene.joint).unwrap();
     let coarse = stability(&ball, &[2.0_f64.to_radians()]).unwrap().remove(0);
     let fine = unstable(0.0, 1.0, &[2.0]).remove(0);
+    assert_eq!((coarse.unstable().count(), fine.modes.len()), (4, 4));
     for (coarse, fine) in coarse.unstable().zip(&fine.modes) {
         assert!((coarse.frequency_hz / fine.frequency_hz - 1.0).abs() < 1e-4);
         assert!((coarse.growth / fine.growth - 1.0).abs() < 1e-3);

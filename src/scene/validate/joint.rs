@@ -1,7 +1,7 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
-use crate::fem::{Families, Geometry, LengthReading, Material};
-use crate::joint::{BodySpec, Contact, Frequencies, Friction, JointSpec, Socket};
+use crate::fem::{ELEMENT_LIMIT, Families, Geometry, LengthReading, Material};
+use crate::joint::{BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, Socket};
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
 use crate::scene::keys::{self, Law};
@@ -63,9 +63,6 @@ fn dimensions(
     geometry: &Geometry,
     element_size: f64,
 ) -> Result<(), SceneError> {
-    /// Far beyond any use (the default mesh has a few hundred), but still solved in minutes.
-    const MOST_ELEMENTS: f64 = 1e5;
-
     if geometry.beam_diameter >= geometry.ball_diameter {
         return Err(document.inconsistent(
             keys::BEAM_DIAMETER.path,
@@ -88,16 +85,16 @@ fn dimensions(
             "make it longer than half of body.ball_diameter_mm",
         ));
     }
-    // Right triangles with legs of the element size fill the meridian section.
+    // Squares of the element size fill the meridian section.
     let section = geometry.beam_length * geometry.beam_diameter / 2.0
         + std::f64::consts::PI / 8.0 * geometry.ball_diameter.powi(2);
-    let elements = 2.0 * section / element_size.powi(2);
-    if elements > MOST_ELEMENTS {
+    let elements = section / element_size.powi(2);
+    if elements > ELEMENT_LIMIT as f64 {
         return Err(document.inconsistent(
             keys::ELEMENT_SIZE.path,
             &[keys::BEAM_LENGTH.path],
             format!("a body of this size would take about {elements:.0} elements"),
-            format!("choose a size that gives at most {MOST_ELEMENTS}"),
+            format!("choose a size that gives at most {ELEMENT_LIMIT}"),
         ));
     }
     Ok(())
@@ -126,6 +123,17 @@ fn modes(
             &counts,
             "no mode takes part",
             "make one of body.bending_pairs, body.torsion, body.axial at least 1",
+        ));
+    }
+    if families.count() > MOST_MODES {
+        return Err(document.inconsistent(
+            keys::BENDING_PAIRS.path,
+            &counts,
+            format!(
+                "{} modes take part (a bending pair is two)",
+                families.count()
+            ),
+            format!("take at most {MOST_MODES}"),
         ));
     }
     let beyond = families.bending_pairs > PUBLISHED.bending_pairs
