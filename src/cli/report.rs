@@ -21,6 +21,9 @@ const BAD: Style = AnsiColor::Red.on_default().bold();
 const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 const NAME: Style = Style::new().bold();
 
+/// Relative residual of the energy audit beyond which a run says that its result may be wrong.
+const WORRYING_RESIDUAL: f64 = 0.05;
+
 /// A result that can be shown and written.
 pub trait Report: Serialize {
     /// The text for the terminal, several lines.
@@ -233,6 +236,13 @@ impl Report for RunReport {
             "  {} steps, {} rejected, {} calls; {} contact transitions; energy residual {:.1e}",
             self.steps, self.rejections, self.calls, self.transitions, self.energy_residual
         );
+        if self.energy_residual > WORRYING_RESIDUAL {
+            let _ = writeln!(
+                text,
+                "  beware: energy and work do not agree, so the motion may be wrong; choose a smaller \
+                 time.max_step_us or time.tolerance"
+            );
+        }
         for file in &self.files {
             let _ = writeln!(
                 text,

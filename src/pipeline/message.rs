@@ -8,7 +8,8 @@ use crate::dynamics::Tally;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum NodeState {
-    /// In contact, slip speed within the creep region of the friction curve.
+    /// In contact, slip speed in the creep region of the friction curve and below a tenth of steady
+    /// sliding.
     Stick,
     /// In contact and sliding.
     Slip,

@@ -308,7 +308,7 @@ fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapsh
         let frame = joint.node_frame(k);
         let state = if action.normal <= 0.0 {
             NodeState::Separated
-        } else if action.speed < joint.stick_speed() {
+        } else if action.speed < joint.stick_speed(k) {
             NodeState::Stick
         } else {
             NodeState::Slip

@@ -58,7 +58,7 @@ fn cycle(joint: &Joint) -> Cycle {
         if crossings.len() == 1 {
             low = low.min(z[0]);
             high = high.max(z[0]);
-            stuck += if (z[1] - 0.2).abs() < joint.stick_speed() {
+            stuck += if (z[1] - 0.2).abs() < joint.stick_speed(0) {
                 dt
             } else {
                 0.0
