@@ -3,12 +3,19 @@
 use super::patch::{PatchPoint, normal_at, patch_direction, patch_points};
 use super::vector::{any_normal, cross, dot, scale, unit};
 use super::{Frequencies, Hertz, Joint, JointSpec, Model, StiffnessLaw};
-use crate::fem::{BodyModes, FemError, ModeKind};
+use crate::fem::{BodyModes, Families, FemError, ModeKind};
 
 /// Fig. 2 of the paper: natural frequencies, Hz.
 const PUBLISHED_BENDING: [f64; 4] = [1698.0, 4093.0, 7545.0, 12448.0];
 const PUBLISHED_TORSION: [f64; 2] = [4501.0, 9917.0];
 const PUBLISHED_AXIAL: [f64; 1] = [9737.0];
+
+/// The modes whose natural frequencies the paper publishes.
+pub const PUBLISHED: Families = Families {
+    bending_pairs: PUBLISHED_BENDING.len(),
+    torsion: PUBLISHED_TORSION.len(),
+    axial: PUBLISHED_AXIAL.len(),
+};
 
 /// Why a joint cannot be assembled.
 #[derive(Debug, thiserror::Error)]

@@ -49,9 +49,8 @@ impl Hertz {
 mod tests {
     use super::*;
 
-    /// The checked numbers of the project's physics notes, to five digits.
-    #[test]
-    fn paper_values() {
+    /// The paper's ball and socket under a load (N).
+    fn paper(load: f64) -> Hertz {
         let steel = Material {
             young: 207e9,
             poisson: 0.30,
@@ -62,7 +61,13 @@ mod tests {
             young: 70e9,
             poisson: 0.33,
         };
-        let hertz = Hertz::new(31.75e-3, &steel, &socket, 150.0);
+        Hertz::new(31.75e-3, &steel, &socket, load)
+    }
+
+    /// The checked numbers of the project's physics notes, to five digits.
+    #[test]
+    fn paper_values() {
+        let hertz = paper(150.0);
         let close = |got: f64, want: f64| assert!((got / want - 1.0).abs() < 5e-6, "{got} {want}");
         close(hertz.radius, 1.69690e-3);
         close(hertz.peak_pressure, 24.8726e6);
@@ -77,21 +82,10 @@ mod tests {
     /// The pressure integrates to the load, and stiffness is the slope of load over approach.
     #[test]
     fn consistent() {
-        let steel = Material {
-            young: 207e9,
-            poisson: 0.30,
-            density: 7800.0,
-        };
-        let socket = Socket {
-            diameter: 31.95e-3,
-            young: 70e9,
-            poisson: 0.33,
-        };
-        let at = |load| Hertz::new(31.75e-3, &steel, &socket, load);
-        let hertz = at(150.0);
+        let hertz = paper(150.0);
         let volume = 2.0 / 3.0 * std::f64::consts::PI * hertz.radius.powi(2) * hertz.peak_pressure;
         assert!((volume / 150.0 - 1.0).abs() < 1e-14);
-        let slope = 2e-3 / (at(150.001).approach - at(149.999).approach);
+        let slope = 2e-3 / (paper(150.001).approach - paper(149.999).approach);
         assert!((slope / hertz.stiffness() - 1.0).abs() < 1e-6);
     }
 }

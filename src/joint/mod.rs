@@ -20,7 +20,7 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{AssemblyError, BallJoint};
+pub use assembly::{AssemblyError, BallJoint, PUBLISHED};
 pub use contact::NodeAction;
 pub use energy::{Energy, Power};
 pub use equilibrium::Equilibrium;

@@ -1,7 +1,9 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
 use crate::fem::{ELEMENT_LIMIT, Families, Geometry, LengthReading, Material};
-use crate::joint::{BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, Socket};
+use crate::joint::{
+    BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket,
+};
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
 use crate::scene::keys::{self, Law};
@@ -106,12 +108,6 @@ fn modes(
     families: &Families,
     frequencies: &Frequencies,
 ) -> Result<(), SceneError> {
-    /// The modes of Fig. 2.
-    const PUBLISHED: Families = Families {
-        bending_pairs: 4,
-        torsion: 2,
-        axial: 1,
-    };
     let counts = [
         keys::BENDING_PAIRS.path,
         keys::TORSION.path,
