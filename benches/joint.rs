@@ -118,21 +118,8 @@ fn force(c: &mut Criterion) {
     group.finish();
 
     let model = model(USUAL);
-    let Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        ..
-    } = model.friction
-    else {
+    let Friction::Stribeck { law, .. } = model.friction else {
         panic!("the preset has friction");
-    };
-    let law = Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
     };
     let without = |friction| {
         Joint::new(&Model {
@@ -150,13 +137,7 @@ fn force(c: &mut Criterion) {
         ("eq5", full.clone()),
         (
             "no-radial",
-            without(Friction::Stribeck {
-                mu_s,
-                mu_d,
-                creep,
-                stribeck,
-                radial: false,
-            }),
+            without(Friction::Stribeck { law, radial: false }),
         ),
         ("no-friction", without(Friction::None)),
         (

@@ -68,21 +68,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ball = BallJoint::new(&scene.joint)?;
     let tilt = scene.tilt.at(0.0);
     let model = ball.model(tilt)?;
-    let Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        radial,
-    } = model.friction
-    else {
+    let Friction::Stribeck { law, radial } = model.friction else {
         return Err("the scene has no friction".into());
-    };
-    let paper = Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
     };
     let speed = ball
         .sliding_velocity(tilt)
@@ -90,11 +77,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|v| v * v)
         .sum::<f64>()
         .sqrt();
-    let own = Algebraic::touching(&paper, speed);
+    let own = Algebraic::touching(&law, speed);
     println!(
         "steady sliding at {:.2} mm/s, mu = {:.4}",
         1e3 * speed,
-        paper.coefficient(speed)
+        law.coefficient(speed)
     );
 
     for (name, joint) in [

@@ -151,23 +151,10 @@ fn joints() -> Vec<(&'static str, Joint)> {
     let scene = Scene::load("torus-3deg").expect("a preset");
     let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
     let model = ball.model(scene.tilt.at(0.0)).expect("the preset's tilt");
-    let Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        ..
-    } = model.friction
-    else {
+    let Friction::Stribeck { law, .. } = model.friction else {
         panic!("the preset has friction");
     };
-    let smooth = |radial| Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        radial,
-    };
+    let smooth = |radial| Friction::Stribeck { law, radial };
     let with = |friction, unilateral| {
         Joint::new(&Model {
             friction,

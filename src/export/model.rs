@@ -5,7 +5,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use super::{Array, OutputError, encode_npz, read_npz, replace_file};
-use crate::joint::{Friction, Joint, Model};
+use crate::joint::{Friction, Joint, Model, Stribeck};
 
 /// Version of the layout; it rises when an array changes its meaning.
 pub const MODEL_VERSION: f64 = 1.0;
@@ -86,13 +86,9 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
     }
     let (friction, radial) = match model.friction {
         Friction::None => (vec![0.0; 4], false),
-        Friction::Stribeck {
-            mu_s,
-            mu_d,
-            creep,
-            stribeck,
-            radial,
-        } => (vec![mu_s, mu_d, creep, stribeck], radial),
+        Friction::Stribeck { law, radial } => {
+            (vec![law.mu_s, law.mu_d, law.creep, law.stribeck], radial)
+        }
     };
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
@@ -151,10 +147,12 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     let friction = match *reader.take("friction", &[4])? {
         [0.0, 0.0, ..] => Friction::None,
         [mu_s, mu_d, creep, stribeck] => Friction::Stribeck {
-            mu_s,
-            mu_d,
-            creep,
-            stribeck,
+            law: Stribeck {
+                mu_s,
+                mu_d,
+                creep,
+                stribeck,
+            },
             radial,
         },
         _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),

@@ -1,5 +1,6 @@
 //! The parameters of a joint, in SI units and radians. Validated by `scene`; plain data here.
 
+use super::Stribeck;
 use crate::fem::{Families, Geometry, Material};
 
 /// Everything that Eq. (1) to (8) need, apart from the tilt, which may change with time.
@@ -98,17 +99,11 @@ pub enum StiffnessLaw {
 pub enum Friction {
     /// No friction.
     None,
-    /// Of Eq. (5), `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`. With
-    /// `mu_s = mu_d` it is Coulomb's constant coefficient, regularised.
+    /// A Stribeck curve, smoothed at rest. With `mu_s = mu_d` it is Coulomb's constant coefficient,
+    /// regularised.
     Stribeck {
-        /// Static coefficient.
-        mu_s: f64,
-        /// Kinetic coefficient.
-        mu_d: f64,
-        /// Slope factor of the creep region, s/m.
-        creep: f64,
-        /// Slope factor of the sliding region, s/m.
-        stribeck: f64,
+        /// The curve.
+        law: Stribeck,
         /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
         radial: bool,
     },

@@ -48,21 +48,7 @@ impl From<Friction> for ActiveLaw {
     fn from(friction: Friction) -> Self {
         match friction {
             Friction::None => Self::None,
-            Friction::Stribeck {
-                mu_s,
-                mu_d,
-                creep,
-                stribeck,
-                radial,
-            } => Self::Stribeck {
-                law: Stribeck {
-                    mu_s,
-                    mu_d,
-                    creep,
-                    stribeck,
-                },
-                radial,
-            },
+            Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
         }
     }
 }

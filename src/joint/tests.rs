@@ -11,10 +11,12 @@ use super::*;
 use crate::dynamics::System;
 
 const STRIBECK: Friction = Friction::Stribeck {
-    mu_s: 0.55,
-    mu_d: 0.25,
-    creep: 1000.0,
-    stribeck: 10.0,
+    law: Stribeck {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        creep: 1000.0,
+        stribeck: 10.0,
+    },
     radial: true,
 };
 
@@ -77,25 +79,12 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
             stress
         };
         let mut traction = scale(model.normals[k], -stress);
-        if let Friction::Stribeck {
-            mu_s,
-            mu_d,
-            creep,
-            stribeck,
-            radial,
-        } = model.friction
-        {
+        if let Friction::Stribeck { law, radial } = model.friction {
             if !radial {
                 slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
             }
             let speed = norm(slip);
-            let mu = Stribeck {
-                mu_s,
-                mu_d,
-                creep,
-                stribeck,
-            }
-            .coefficient(speed);
+            let mu = law.coefficient(speed);
             traction = vector::add_scaled(traction, -mu * stress / speed, slip);
         }
         for i in 0..model.modes() {
@@ -106,23 +95,10 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
 }
 
 fn frictions() -> [Friction; 3] {
-    let Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        ..
-    } = STRIBECK
-    else {
+    let Friction::Stribeck { law, .. } = STRIBECK else {
         unreachable!()
     };
-    let tangent = Friction::Stribeck {
-        mu_s,
-        mu_d,
-        creep,
-        stribeck,
-        radial: false,
-    };
+    let tangent = Friction::Stribeck { law, radial: false };
     [Friction::None, STRIBECK, tangent]
 }
 
@@ -322,10 +298,12 @@ fn hoffmann(mu: f64) -> Joint {
         sliding_velocity: vec![[-1.0, 0.0, 0.0]],
         // Constant coefficient: the creep region is far below the sliding speed.
         friction: Friction::Stribeck {
-            mu_s: mu,
-            mu_d: mu,
-            creep: 1e4,
-            stribeck: 0.0,
+            law: Stribeck {
+                mu_s: mu,
+                mu_d: mu,
+                creep: 1e4,
+                stribeck: 0.0,
+            },
             radial: false,
         },
         unilateral: true,

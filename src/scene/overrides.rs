@@ -33,10 +33,13 @@ impl Scene {
     /// What is allowed in this scene but probably not meant.
     pub fn warnings(&self) -> Vec<SceneWarning> {
         let mut warnings = Vec::new();
-        if let Friction::Stribeck { mu_s, mu_d, .. } = self.joint.friction
-            && mu_d > mu_s
+        if let Friction::Stribeck { law, .. } = self.joint.friction
+            && law.mu_d > law.mu_s
         {
-            warnings.push(SceneWarning::KineticAboveStatic { mu_s, mu_d });
+            warnings.push(SceneWarning::KineticAboveStatic {
+                mu_s: law.mu_s,
+                mu_d: law.mu_d,
+            });
         }
         if let Some(&(last_knot, _)) = self.tilt.knots().last()
             && last_knot > self.duration

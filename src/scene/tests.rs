@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::keys::{ALL, split};
 use super::*;
-use crate::joint::{Frequencies, Friction};
+use crate::joint::{Frequencies, Friction, Stribeck};
 
 /// The smallest scene: the required keys only.
 const SMALLEST: &str = "\
@@ -73,10 +73,12 @@ fn every_default_is_valid() {
     assert_eq!(
         scene.joint.friction,
         Friction::Stribeck {
-            mu_s: 0.5,
-            mu_d: 0.2,
-            creep: 1000.0,
-            stribeck: 10.0,
+            law: Stribeck {
+                mu_s: 0.5,
+                mu_d: 0.2,
+                creep: 1000.0,
+                stribeck: 10.0
+            },
             radial: true
         }
     );
@@ -150,7 +152,10 @@ fn the_regimes_have_their_parameters() {
         assert_eq!(natural.azimuth, 0.0);
         assert_eq!(natural.contact.stiffness_factor, 2.75);
         let Friction::Stribeck {
-            creep, stribeck, ..
+            law: Stribeck {
+                creep, stribeck, ..
+            },
+            ..
         } = natural.friction
         else {
             panic!("{name} has friction");
@@ -158,7 +163,10 @@ fn the_regimes_have_their_parameters() {
         assert_eq!((creep, stribeck), (1000.0, 13.25));
     }
     let Friction::Stribeck {
-        creep, stribeck, ..
+        law: Stribeck {
+            creep, stribeck, ..
+        },
+        ..
     } = load("printed-friction").joint.friction
     else {
         panic!("printed-friction has friction");

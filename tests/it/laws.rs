@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Integrator, Method};
-use squeakscope::joint::{Friction, FrictionLaw, Joint, Model, Ratio};
+use squeakscope::joint::{Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
 
 /// The exact cycle of mass, spring and normal load of one on a belt at 0.2, for friction that falls
 /// at once from 1 to 0.5 when the mass breaks loose: slip for 2 (pi - atan(0.5/0.2)), stick for 5.
@@ -128,10 +128,12 @@ fn eq_5_approaches_sharp_friction() {
     let off = |stribeck: f64| {
         let creep = 4.0 * stribeck * stribeck;
         let law = Friction::Stribeck {
-            mu_s: 1.0,
-            mu_d: 0.5,
-            creep,
-            stribeck,
+            law: Stribeck {
+                mu_s: 1.0,
+                mu_d: 0.5,
+                creep,
+                stribeck,
+            },
             radial: true,
         };
         let cycle = cycle(&Joint::new(&belt(law)));

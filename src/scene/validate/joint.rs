@@ -2,7 +2,7 @@
 
 use crate::fem::{ELEMENT_LIMIT, Families, Geometry, LengthReading, Material};
 use crate::joint::{
-    BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket,
+    BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket, Stribeck,
 };
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
@@ -190,10 +190,12 @@ fn friction(document: &Document<'_>) -> Result<Friction, SceneError> {
     }
     match document.get(&keys::LAW)? {
         Law::Stribeck => Ok(Friction::Stribeck {
-            mu_s: document.get(&keys::MU_S)?,
-            mu_d: document.get(&keys::MU_D)?,
-            creep: document.get(&keys::CREEP_SLOPE)?,
-            stribeck: document.get(&keys::STRIBECK_SLOPE)?,
+            law: Stribeck {
+                mu_s: document.get(&keys::MU_S)?,
+                mu_d: document.get(&keys::MU_D)?,
+                creep: document.get(&keys::CREEP_SLOPE)?,
+                stribeck: document.get(&keys::STRIBECK_SLOPE)?,
+            },
             radial: document.get(&keys::RADIAL)?,
         }),
     }
