@@ -8,7 +8,7 @@ use squeakscope::scene::Scene;
 
 const SPAN: f64 = 4e-3;
 
-/// The joint of `torus-3deg`, kicked so hard that slip reverses from the start.
+/// The joint of `torus-3deg`, kicked hard.
 fn kicked() -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").unwrap();
     scene.start.kick = 5e-3;

@@ -100,7 +100,7 @@ fn close(got: f64, want: f64) {
 }
 
 /// Azimuth 0, factor 1, 2 degrees: 4.117 kHz with harmonics (12.33 kHz at about 0.13 and 8.22 at
-/// about 0.05 of it in displacement), 0.69 um, peak velocity 17.8 mm/s: slip reversal just reached.
+/// about 0.05 of it in displacement), 0.69 um, peak velocity 17.8 mm/s.
 #[test]
 fn periodic_2deg() {
     let seen = watch("periodic-2deg");
