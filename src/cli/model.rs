@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::args::ModelArgs;
 use super::error::{Cause, CliError};
-use super::output::{OutputFile, check_all};
+use super::output::check_all;
 use super::report::{self, FileReport, ModelReport};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
@@ -29,12 +29,11 @@ pub(super) fn model(
 ) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     report::print_warnings(&scene.warnings());
-    let out = OutputFile::check(&args.out, "--out")?;
-    // Again with the other output, to see that the two differ.
-    let [_, json] = check_all(
+    let [out, json] = check_all(
         args.scene.as_deref(),
         [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
     )?;
+    let out = out.expect("a path was given, and has been checked");
     let model = build(&scene).map_err(|source| CliError::Run {
         doing: "model",
         source,

@@ -3,6 +3,7 @@
 
 use super::Joint;
 use super::lanes::LANES;
+use super::nodes::radial;
 use super::vector::{add_scaled, scale};
 use crate::dynamics::System;
 
@@ -78,7 +79,7 @@ impl Joint {
     pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
         for (nodes, (block, rows)) in gaps.chunks_mut(LANES).zip(self.nodes.iter()) {
             for (lane, gap) in nodes.iter_mut().enumerate() {
-                let u_r: f64 = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum();
+                let u_r = radial(rows, lane, q);
                 *gap = block.pre_stress.0[lane] + block.stiffness.0[lane] * u_r;
             }
         }

@@ -3,6 +3,7 @@
 
 use super::Joint;
 use super::lanes::LANES;
+use super::nodes::radial;
 use crate::dynamics::System;
 
 /// Energies at one instant, J. All are zero at the equilibrium and never negative.
@@ -47,7 +48,7 @@ impl Joint {
         let mut contact = 0.0;
         for (block, rows) in self.nodes.iter() {
             for lane in 0..LANES {
-                let u_r: f64 = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum();
+                let u_r = radial(rows, lane, q);
                 let (p, k) = (block.pre_stress.0[lane], block.stiffness.0[lane]);
                 let stored = if self.unilateral && p + k * u_r < 0.0 {
                     -p * (u_r + 0.5 * p / k)
@@ -74,17 +75,18 @@ impl Joint {
                 -(action.normal - steady) * action.slip[2]
             })
             .sum();
-        let damping = self
-            .damping()
-            .iter()
-            .zip(self.omega())
-            .zip(v)
-            .map(|((zeta, omega), v)| -2.0 * zeta * omega * v * v)
-            .sum();
         Power {
             friction,
             contact,
-            damping,
+            damping: self.damping_power(v),
         }
+    }
+
+    /// The power of modal damping at modal velocities `v`, W; never positive.
+    pub(crate) fn damping_power(&self, v: &[f64]) -> f64 {
+        let modes = self.damping().iter().zip(self.omega()).zip(v);
+        modes
+            .map(|((zeta, omega), v)| -2.0 * zeta * omega * v * v)
+            .sum()
     }
 }

@@ -99,6 +99,11 @@ impl Nodes {
     }
 }
 
+/// Radial displacement `u_r` (m) of the node in a lane of a block with these rows.
+pub(crate) fn radial(rows: &[Rows], lane: usize, q: &[f64]) -> f64 {
+    rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum()
+}
+
 /// `[e_s, e_t, e_r]` at a node: `e_s` along the sliding velocity made tangent (it is tangent by
 /// itself for a rotation), any tangent where nothing slides.
 fn sliding_frame(normal: [f64; 3], velocity: [f64; 3]) -> [[f64; 3]; 3] {

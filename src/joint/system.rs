@@ -195,14 +195,7 @@ impl System for Joint {
             *out -= steady;
         }
         if self.audit {
-            let lost: f64 = self
-                .damping
-                .iter()
-                .zip(&self.omega)
-                .zip(v)
-                .map(|((zeta, omega), v)| 2.0 * zeta * omega * v * v)
-                .sum();
-            out[m] = passed.power - lost;
+            out[m] = passed.power + self.damping_power(v);
         }
     }
 }

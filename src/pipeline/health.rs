@@ -9,7 +9,6 @@ pub(super) struct HealthMeter {
     tally: Tally,
     busy_seconds: f64,
     time: f64,
-    transitions: u64,
     audit: f64,
     /// The largest energy, and so the scale of the audit, J.
     turnover: f64,
@@ -56,16 +55,12 @@ impl HealthMeter {
         self.tally = frame.tally;
         self.busy_seconds = frame.busy_seconds;
         self.time = frame.end();
-        self.transitions += frame.transitions;
         health
     }
 
-    /// Writes the totals of the whole run into its summary.
+    /// Adds to the summary of a run how it did; what it came to is the analyses' to say.
     pub fn conclude(&self, summary: &mut Summary) {
-        summary.simulated = self.time;
         summary.real_time_factor = self.time / self.busy_seconds.max(1e-9);
-        summary.tally = self.tally;
-        summary.transitions = self.transitions;
         summary.audit = self.audit;
     }
 }

@@ -200,15 +200,21 @@ fn stated_rerun_version_is_the_one_linked() {
     assert_eq!(linked, super::RERUN_VERSION);
 }
 
+/// A sink that has taken a short run, to be saved where an older recording stands.
+fn over_an_old_recording(path: &Path) -> RerunSink {
+    std::fs::write(path, "the old recording").unwrap();
+    let mut sink = RerunSink::new(&to_file(path), demo::spec()).unwrap();
+    for record in demo::records(0.005) {
+        sink.accept(record).unwrap();
+    }
+    sink
+}
+
 #[test]
 fn the_file_takes_its_name_only_when_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    std::fs::write(&path, "the old recording").unwrap();
-    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
-    for record in demo::records(0.005) {
-        sink.accept(record).unwrap();
-    }
+    let mut sink = over_an_old_recording(&path);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
     sink.finish().unwrap();
     assert!(read(&path).0.contains_key(paths::VELOCITY));
@@ -219,11 +225,7 @@ fn the_file_takes_its_name_only_when_whole() {
 fn a_failed_run_leaves_the_old_file_untouched() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    std::fs::write(&path, "the old recording").unwrap();
-    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
-    for record in demo::records(0.005) {
-        sink.accept(record).unwrap();
-    }
+    let sink = over_an_old_recording(&path);
     // The run fails: the pipeline drops the sink without finishing it.
     drop(sink);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");

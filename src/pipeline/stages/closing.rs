@@ -41,7 +41,8 @@ impl ClosingStage {
         self.transitions += frame.transitions;
     }
 
-    /// The lines, amplitude, peak velocity, tally and transitions; the rest is default. A run too short for a spectrum has no lines.
+    /// The lines, amplitude, peak velocity, tally and transitions; the rest is default. A run too
+    /// short for a spectrum has no lines.
     pub fn summary(&self) -> Summary {
         let [velocity, displacement] = self.last.view().channels;
         let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
