@@ -17,23 +17,29 @@
 //! Sample values must be finite; a signal that is zero throughout is legal everywhere and gives
 //! zeros, never NaN.
 
-mod embedding;
+mod chaos;
+mod delay;
 mod error;
-mod lines;
+mod neighbours;
+mod norm;
+mod poincare;
 mod recurrence;
+mod regime;
 mod sliding;
-mod spectrum;
-mod stft;
-mod window;
+mod tones;
 
-pub use embedding::DelayVectors;
+pub use chaos::*;
+pub use delay::*;
 pub use error::AnalysisError;
-pub use lines::{Bases, Combination, Naming, name_lines};
-pub use recurrence::RecurrencePlot;
+pub use neighbours::{Neighbour, NeighbourTree};
+pub use norm::Norm;
+pub use poincare::{
+    Clusters, Crossing, Direction, clusters, delay_section, plane_section, return_map,
+};
+pub use recurrence::*;
+pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};
 pub use sliding::{History, SlidingWindow, View};
-pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
-pub use stft::{Column, Stft};
-pub use window::Window;
+pub use tones::*;
 
 #[cfg(test)]
 pub(crate) mod test_signals {

@@ -17,8 +17,8 @@ const HOMES: &[(u32, &str)] = &[
     (10, "dynamics/system.rs"),
     (18, "joint/contact.rs"),
     (24, "joint/system.rs"),
-    (25, "analysis/embedding.rs"),
-    (26, "analysis/recurrence.rs"),
+    (25, "analysis/delay/embedding.rs"),
+    (26, "analysis/recurrence/plot.rs"),
 ];
 
 fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {

@@ -20,7 +20,8 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-use super::{AnalysisError, Window};
+use super::Window;
+use crate::analysis::AnalysisError;
 
 /// Bins a block over which the local floor is estimated.
 const FLOOR_BLOCK: usize = 64;

@@ -4,7 +4,7 @@
 //! unbroken diagonals a period apart, a torus diagonals with a second, slower spacing, chaos short
 //! torn pieces (Marwan et al., Phys. Rep. 438, 237, 2007).
 
-use super::DelayVectors;
+use crate::analysis::DelayVectors;
 
 /// Distances of every pair of states in a window of delay vectors, Euclidean norm, and the
 /// pictures they give:

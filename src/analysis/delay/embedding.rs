@@ -3,7 +3,7 @@
 //! One signal of a system with several degrees of freedom still carries the others: its values
 //! now, a lag ago, two lags ago, ... are coordinates in which the attractor unfolds (Takens 1981).
 
-use super::AnalysisError;
+use crate::analysis::AnalysisError;
 
 /// Eq. (25): `y_n = (u[n - (m-1) tau], ..., u[n - tau], u[n])`, as a view on the samples `u`.
 ///

@@ -1,6 +1,7 @@
 //! Short-time Fourier transform: a spectrum at a time, as samples arrive.
 
-use super::{AnalysisError, SlidingWindow, SpectrumAnalyser, Window};
+use super::{SpectrumAnalyser, Window};
+use crate::analysis::{AnalysisError, SlidingWindow};
 
 /// Spectrogram columns of a stream. A column appears once its window is full; windows overlap
 /// when the hop is shorter than they are.

@@ -1,0 +1,11 @@
+//! A state space from a single signal: delay vectors, and which lag and dimension to take.
+
+mod choice;
+mod embedding;
+mod false_neighbours;
+mod mutual_information;
+
+pub use choice::{DelayChoice, DelaySearch, LagReason, choose_delay};
+pub use embedding::DelayVectors;
+pub use false_neighbours::{FalseNeighbourSearch, FalseNeighbours, false_neighbours};
+pub use mutual_information::{MutualInformation, mutual_information};

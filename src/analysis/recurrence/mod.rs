@@ -1,0 +1,15 @@
+//! When does the system come back to where it was? Recurrence plots and their quantification.
+
+mod counts;
+mod measures;
+mod plot;
+mod quantify;
+mod threshold;
+mod window;
+
+pub use counts::{LineHistogram, RecurrenceCounts};
+pub use measures::{Measures, RateBase};
+pub use plot::RecurrencePlot;
+pub use quantify::quantify;
+pub use threshold::{RecurrenceRule, Threshold, find_threshold};
+pub use window::RecurrenceWindow;
