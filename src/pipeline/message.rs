@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
 use crate::dynamics::Tally;
 
 /// The state of one contact node.
@@ -197,6 +198,15 @@ pub struct Peak {
     pub label: String,
 }
 
+/// One passage through the Poincare section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPoint {
+    /// When, s.
+    pub time: f64,
+    /// Where on the section: its two coordinates, m (or what the scene's section says).
+    pub at: [f64; 2],
+}
+
 /// What a stage of analysis says to the sink.
 #[derive(Clone, Debug)]
 pub enum Record {
@@ -253,6 +263,61 @@ pub enum Record {
         /// Points, oldest first.
         points: Vec<[f32; 3]>,
     },
+    /// Lag and dimension chosen from a sliding window of the displacement (Fig. 8).
+    Delay {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Sample spacing, s.
+        dt: f64,
+        /// The choice and the curves that led to it.
+        choice: Arc<DelayChoice>,
+    },
+    /// Recurrence quantification of a sliding window of the displacement.
+    Quantification {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Spacing of the states, s: lengths of lines times this are durations.
+        dt: f64,
+        /// Threshold distance used, m; `None` if each state had its own.
+        threshold: Option<f64>,
+        /// The measures.
+        measures: Measures,
+        /// The most frequent spacing of diagonals, s.
+        period: Option<f64>,
+    },
+    /// Passages through the Poincare section since the last such record, in time order.
+    Section {
+        /// Passages are complete up to this time, s.
+        time: f64,
+        /// The passages.
+        points: Vec<SectionPoint>,
+    },
+    /// How neighbours part in a sliding window of the displacement, and the 0-1 test.
+    Chaos {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Sample spacing, s.
+        dt: f64,
+        /// Mean log distance of neighbours, and its straight part.
+        divergence: Arc<Divergence>,
+        /// The 0-1 test.
+        zero_one: Arc<ZeroOne>,
+    },
+    /// The kind of motion in a sliding window of the displacement.
+    Regime {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// The verdict with its evidence.
+        verdict: Arc<Verdict>,
+    },
     /// How the run is doing.
     Health(Health),
     /// A few words on what is being seen now: Markdown that starts with a heading `## ...`.
@@ -280,7 +345,10 @@ impl Record {
     pub fn is_picture(&self) -> bool {
         matches!(
             self,
-            Self::Spectrum { .. } | Self::Recurrence { .. } | Self::Embedding { .. }
+            Self::Spectrum { .. }
+                | Self::Recurrence { .. }
+                | Self::Embedding { .. }
+                | Self::Delay { .. }
         )
     }
 }

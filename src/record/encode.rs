@@ -108,6 +108,11 @@ impl Encoder {
                 },
             ),
             Record::Embedding { time, points } => self.embedding.draw(rec, *time, points),
+            Record::Delay { .. }
+            | Record::Quantification { .. }
+            | Record::Section { .. }
+            | Record::Chaos { .. }
+            | Record::Regime { .. } => Ok(()),
             Record::Health(health) => samples::log_health(rec, health),
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
             Record::Warning { time, text } => text::warn(rec, *time, text),
