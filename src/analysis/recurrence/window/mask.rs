@@ -59,7 +59,7 @@ mod tests {
     fn runs_cross_words_and_reach_the_end() {
         let found = |words: &[u64]| runs(words.iter().copied()).collect::<Vec<_>>();
         assert_eq!(found(&[]), []);
-        assert_eq!(found(&[0b1011_0]), [(1, 3), (4, 5)]);
+        assert_eq!(found(&[0b1_0110]), [(1, 3), (4, 5)]);
         assert_eq!(found(&[1 << 63, 1]), [(63, 65)]);
         assert_eq!(found(&[u64::MAX, u64::MAX]), [(0, 128)]);
         assert_eq!(found(&[1 << 63, 0, 3 << 62]), [(63, 64), (190, 192)]);
