@@ -23,4 +23,10 @@ pub enum AnalysisError {
         /// Embedding dimension.
         dimension: usize,
     },
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
+    },
 }
