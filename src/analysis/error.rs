@@ -55,5 +55,10 @@ pub enum AnalysisError {
         bins: usize,
         /// The most that are possible.
         most: usize,
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
     },
 }
