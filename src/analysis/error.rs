@@ -47,6 +47,10 @@ pub enum AnalysisError {
     #[error("recurrence threshold: {what}")]
     Threshold {
         /// What it should be.
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
         what: &'static str,
     },
 }
