@@ -8,7 +8,7 @@ use crate::fem::{Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
-use crate::pipeline::message::{Frame, Header, JointInfo, Outline, Subject};
+use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordinate, Subject};
 use crate::scene::{
     AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,
     Schedule, SpectrogramSpec, SpectrumSpec, Start,
@@ -132,6 +132,7 @@ pub fn header() -> Header {
         sample_rate: RATE,
         duration: 0.1,
         analyses: Vec::new(),
+        section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(JointInfo {
             modes: Vec::new(),
             min_tilt: 0.0,
