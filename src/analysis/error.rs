@@ -47,6 +47,8 @@ pub enum AnalysisError {
     #[error("recurrence threshold: {what}")]
     Threshold {
         /// What it should be.
+        what: &'static str,
+    },
     /// Something counted from 1 is 0.
     #[error("{what} must be at least 1")]
     Zero {
