@@ -74,7 +74,7 @@ pub fn drive(
 ) -> Result<Summary, PipelineError> {
     let began = Instant::now();
     let header = Arc::new(simulation.header(command));
-    let analyser = Analyser::new(simulation.scene(), &header);
+    let analyser = Analyser::new(&simulation.scene().analysis, &header);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
