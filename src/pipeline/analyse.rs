@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::message::{Frame, Header, Record, Summary};
 use super::stages::{
     ChaosStage, ClosingStage, Context, DelayStage, NarrationStage, QuantificationStage,
-    RecurrenceStage, RegimeStage, SpectrogramStage, SpectrumStage, Stage,
+    RecurrenceStage, RegimeStage, SectionStage, SpectrogramStage, SpectrumStage, Stage,
 };
 use super::{Sink, SinkError};
 use crate::analysis::AnalysisError;
@@ -57,7 +57,10 @@ impl Analyser {
         let mut stages: Vec<Box<dyn Stage>> = Vec::new();
         if let Some(spec) = &spec.spectrum {
             stages.push(Box::new(SpectrumStage::new(spec, rate)));
-            stages.push(Box::new(NarrationStage::new(spec.every, header)));
+            // The words are of a joint that slides.
+            if let Some(joint) = header.joint() {
+                stages.push(Box::new(NarrationStage::new(spec.every, rate, joint)));
+            }
         }
         if let Some(spec) = &spec.spectrogram {
             stages.push(Box::new(SpectrogramStage::new(spec, rate)));
@@ -71,6 +74,9 @@ impl Analyser {
         }
         if let Some(spec) = &spec.quantification {
             stages.push(Box::new(QuantificationStage::new(spec, delay, rate)));
+        }
+        if let Some(spec) = &spec.section {
+            stages.push(Box::new(SectionStage::new(spec, delay, rate)));
         }
         if let Some(spec) = &spec.chaos {
             stages.push(Box::new(ChaosStage::new(spec, delay, rate)));

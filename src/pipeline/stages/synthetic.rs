@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
 use crate::analysis::{Norm, Threshold};
-use crate::pipeline::message::{Frame, Header, Outline};
+use crate::pipeline::message::{Frame, Header, JointInfo, Outline, Subject};
 use crate::scene::{
     AnalysisSpec, EmbeddingSpec, NearnessSpec, RecurrenceSpec, Setting, SlidingSpec,
     SpectrogramSpec,
@@ -140,17 +140,20 @@ pub fn header() -> Header {
         about: String::new(),
         scene_text: String::new(),
         command: String::new(),
-        modes: Vec::new(),
         sample_rate: RATE,
         duration: 0.1,
-        min_tilt: 0.0,
-        max_tilt: 0.0,
-        azimuth: 0.0,
-        outline: Outline::default(),
-        rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
-        load: 150.0,
-        ball_radius: 15.875e-3,
-        patch_radius: 1.697e-3,
-        sliding_speed: SLIDING_SPEED,
+        analyses: Vec::new(),
+        subject: Subject::Joint(JointInfo {
+            modes: Vec::new(),
+            min_tilt: 0.0,
+            max_tilt: 0.0,
+            azimuth: 0.0,
+            outline: Outline::default(),
+            rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
+            load: 150.0,
+            ball_radius: 15.875e-3,
+            patch_radius: 1.697e-3,
+            sliding_speed: SLIDING_SPEED,
+        }),
     }
 }
