@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::PipelineError;
 use super::message::{
     AnalysisKind, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline,
-    PatchGeometry, PatchSnapshot, Subject,
+    PatchGeometry, PatchSnapshot, SectionCoordinate, Subject,
 };
 use crate::dynamics::{Accuracy, Integrator, Method, System};
 use crate::joint::{BallJoint, Joint, Model};
@@ -112,6 +112,7 @@ impl Simulation {
             sample_rate: scene.sample_rate,
             duration: scene.duration,
             analyses: analyses(&scene.analysis),
+            section: SectionCoordinate::DELAYED,
             subject: Subject::Joint(self.joint_info()),
         }
     }

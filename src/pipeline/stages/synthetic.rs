@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
 use crate::analysis::{Norm, Threshold};
-use crate::pipeline::message::{Frame, Header, JointInfo, Outline, Subject};
+use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordinate, Subject};
 use crate::scene::{
     AnalysisSpec, EmbeddingSpec, NearnessSpec, RecurrenceSpec, Setting, SlidingSpec,
     SpectrogramSpec,
@@ -143,6 +143,7 @@ pub fn header() -> Header {
         sample_rate: RATE,
         duration: 0.1,
         analyses: Vec::new(),
+        section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(JointInfo {
             modes: Vec::new(),
             min_tilt: 0.0,
