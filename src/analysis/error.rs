@@ -43,4 +43,10 @@ pub enum AnalysisError {
     /// Channels of one trajectory are sampled together.
     #[error("section: the channels differ in length; cut them to the same instants")]
     UnevenChannels,
+    /// A recurrence threshold that is out of its range.
+    #[error("recurrence threshold: {what}")]
+    Threshold {
+        /// What it should be.
+        what: &'static str,
+    },
 }
