@@ -49,4 +49,10 @@ pub enum AnalysisError {
         /// What it should be.
         what: &'static str,
     },
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
+    },
 }

@@ -14,10 +14,6 @@ use crate::scene::{ChaosSpec, DelaySpec};
 /// States followed in a window, at most; more make the curve smoother, but hardly different.
 const MOST_REFERENCES: usize = 1000;
 
-/// Frequencies of the 0-1 test, and the seed that draws them.
-const FREQUENCIES: usize = 100;
-const SEED: u64 = 1;
-
 /// Emits [`Record::Chaos`]. A window of which nothing can be said, such as a constant one, is
 /// passed over.
 ///
@@ -76,11 +72,7 @@ impl Stage for ChaosStage {
                 method: *method,
                 most_references: MOST_REFERENCES,
             };
-            let test = ZeroOneTest {
-                stride: embedding.lag,
-                frequencies: FREQUENCIES,
-                seed: SEED,
-            };
+            let test = ZeroOneTest::with_stride(embedding.lag);
             let (Ok(divergence), Ok(zero_one)) = (
                 divergence(displacement, &search),
                 zero_one(displacement, &test),

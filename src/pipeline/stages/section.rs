@@ -193,14 +193,15 @@ impl<const C: usize> Passages<C> {
             let Some(lag) = (find.lag_at)(view.seen, &context.choices) else {
                 return Ok(());
             };
-            let Running { finder, origin, .. } = running.insert(match running.take() {
+            let current = match running.take() {
                 Some(current) if current.lag == lag => current,
                 _ => Running {
                     finder: (find.finder)(lag)?,
                     lag,
                     origin: first,
                 },
-            });
+            };
+            let Running { finder, origin, .. } = running.insert(current);
             let fresh = (view.seen - first) as usize;
             let pieces = view.channels.map(|x| &x[x.len() - fresh..]);
             let mut points = Vec::new();
