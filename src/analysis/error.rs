@@ -23,4 +23,10 @@ pub enum AnalysisError {
         /// Embedding dimension.
         dimension: usize,
     },
+    /// A recurrence threshold that is out of its range.
+    #[error("recurrence threshold: {what}")]
+    Threshold {
+        /// What it should be.
+        what: &'static str,
+    },
 }
