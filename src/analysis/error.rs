@@ -48,6 +48,13 @@ pub enum AnalysisError {
     Threshold {
         /// What it should be.
         what: &'static str,
+    },
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
+    },
     /// A joint histogram needs a sensible number of bins along an axis.
     #[error("mutual information: {bins} bins along an axis; give 2 to {most}")]
     Bins {
@@ -55,10 +62,5 @@ pub enum AnalysisError {
         bins: usize,
         /// The most that are possible.
         most: usize,
-    /// Something counted from 1 is 0.
-    #[error("{what} must be at least 1")]
-    Zero {
-        /// The analysis and its parameter.
-        what: &'static str,
     },
 }
