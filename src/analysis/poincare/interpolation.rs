@@ -52,14 +52,15 @@ impl Stencil {
     fn set(&mut self, place: f64) {
         let left = self.nodes / 2 - 1;
         let share = &mut self.share[..self.nodes];
-        if place == 0.0 || place == 1.0 {
+        // The formula divides by the distance to each sample.
+        if place.min(1.0 - place) < ROOT_WIDTH {
             share.fill(0.0);
-            share[left + place as usize] = 1.0;
+            share[left + place.round() as usize] = 1.0;
             return;
         }
         let mut sum = 0.0;
         for (j, (share, weight)) in share.iter_mut().zip(&self.barycentric).enumerate() {
-            *share = weight / (place + left as f64 - j as f64);
+            *share = weight / (place - (j as f64 - left as f64));
             sum += *share;
         }
         for share in share {
@@ -82,7 +83,10 @@ impl Stencil {
         let left = self.nodes / 2 - 1;
         let (mut a, mut b) = (0.0, 1.0);
         let (mut at_a, mut at_b) = (samples[left], samples[left + 1]);
-        let secant = |a: f64, b: f64, at_a: f64, at_b: f64| (at_b * a - at_a * b) / (at_b - at_a);
+        let secant = |a: f64, b: f64, at_a: f64, at_b: f64| {
+            let x = (at_b * a - at_a * b) / (at_b - at_a);
+            x.clamp(a, b)
+        };
         // The half width that bisection would have reached, one step behind.
         let mut allowed = 2.0_f64.powi((1.0 / ROOT_WIDTH).log2().ceil() as i32) * ROOT_WIDTH;
         while b - a > ROOT_WIDTH && at_a != 0.0 && at_b != 0.0 {
@@ -110,7 +114,7 @@ impl Stencil {
             }
             allowed *= 0.5;
         }
-        let root = secant(a, b, at_a, at_b).clamp(a, b);
+        let root = secant(a, b, at_a, at_b);
         self.set(root);
         root
     }

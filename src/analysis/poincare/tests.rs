@@ -115,6 +115,18 @@ fn what_a_passage_is() {
 }
 
 #[test]
+fn a_sample_next_to_the_plane_is_no_trouble() {
+    for near in [1e-17, 1e-30, 1e-310] {
+        let mut signal = noise(1, 40, 1.0);
+        (signal[19], signal[20], signal[21]) = (-1.0, -near, 0.5);
+        let found = level(&signal, 0.0, Direction::Rising);
+        let passage = found.iter().find(|c| (19.5..20.5).contains(&c.sample));
+        let passage = passage.unwrap_or_else(|| panic!("{near:e}: {found:?}"));
+        assert!((passage.sample - 20.0).abs() < 1e-11 && passage.point[0].abs() < 1e-11);
+    }
+}
+
+#[test]
 fn noise_does_no_more_harm_than_on_a_straight_line() {
     let (period, n) = (50.1, 200_000);
     let clean = sines(1.0, n, &[(1.0 / period, 1.0, 0.3)]);
