@@ -1,4 +1,81 @@
 //! What kind of motion is it? A verdict with its evidence and a confidence.
+//!
+//! No single number tells a torus from chaos or chaos from noise, least of all in the short piece
+//! of signal that there is when one listens. So [`classify`] measures many, says of each what it
+//! speaks for, how strongly and in a sentence, and joins them by a rule that is written down:
+//! Dempster's (Shafer 1976). Evidence for a set of kinds with weight `w` gives the share `w` of
+//! all belief to that set; two pieces give the product of their shares to what their sets have in
+//! common, and what falls on nothing in common is dropped and the rest scaled up. The kind with
+//! more than half of all belief to itself is the verdict, that share its confidence; if there is
+//! none, it is not sure, and the confidence is that of the likeliest. The rule takes the pieces
+//! for independent, which they are not quite: a confidence ranks verdicts, it is no probability.
+//!
+//! # The evidence
+//!
+//! In delay vectors of dimension 5, at the lag of the first clear minimum of the mutual
+//! information; a turn is four lags. Weights run from 0 at the first limit to the last column at
+//! the second.
+//!
+//! | what | is | speaks for | limits | weight |
+//! |---|---|---|---|---|
+//! | envelope | change of ln rms over the record, and over its error | transient | 0.08, 0.3; 3, 6 | 0.95 |
+//! | tempo | the same of ln time between passages | transient | 0.01, 0.04; 5, 12 | 0.95 |
+//! | spectral lines | one tone (or two in step); two or more | periodic; quasi-periodic | | 0.6 |
+//! | floor | share of the power between the lines | periodic or quasi-periodic | 1e-3, 1e-6 | 0.7 |
+//! | coloured floor | the part of it that is not white | chaotic (or noise) | 2.5e-4, 2.5e-3 | 0.8 |
+//! | lawful floor | floor over `near^2`, what noise would make it | chaotic | 8, 50 | 0.8 |
+//! | Poincare section | points; a loop; an arc | periodic; quasi-periodic; neither periodic nor noise | | 0.7; 0.8; 0.2 |
+//! | repetition | distance of passages a period apart over `near` | periodic; not periodic | 2, 1.2; 3, 6 | 0.6; 0.7 |
+//! | lasting prediction | `far / near` | periodic or quasi-periodic | 3, 1.5 | 0.7 |
+//! | lost prediction | `far / near`, of a bent law | chaotic | 4, 10 | 0.7 |
+//! | no prediction | `near / linear` | noise | 0.8, 0.95 | 0.9 |
+//! | 0-1 test | `K` | regular; chaotic or noise | 0.4, 0.1; 0.6, 0.9 | 0.3; 0.5 |
+//! | exponent | rate at which neighbours part over its error, of a bent law | chaotic | 3, 8 | 0.6 |
+//!
+//! `near` and `far` are errors of prediction by analogues (E. N. Lorenz, J. Atmos. Sci. 26, 636,
+//! 1969), over the deviation: half the mean square difference of a state's successor and its
+//! nearest neighbour's, one lag and ten turns ahead. For noise added to a law the first is the
+//! noise (the delta test of Pi and Peterson, Neural Comput. 6, 509, 1994). `linear` is that of the
+//! best linear map one lag ahead; a law is bent if neighbours do far better than it (0.7, 0.3),
+//! and noise, whatever its colour, is not (after Casdagli, J. R. Stat. Soc. B 54, 303, 1992).
+//!
+//! Where the record still changes, all other evidence counts for less, to the extent that it
+//! does. Where it holds fewer than 40 turns all counts for less, and for nothing below 10. Further
+//! conditions stand with the constants in the source. Recurrence quantification takes no part:
+//! it counts the same neighbours as the predictions do, and would be believed twice.
+//!
+//! # What the limits rest on
+//!
+//! 8000 samples (50 a turn for tones, `dt` 0.1 for Roessler, 0.02 for Lorenz); deviation of added
+//! noise in brackets, tones of amplitude 1:
+//!
+//! | signal | floor | coloured | lawful | section | repetition | near | near/linear | far | K | said |
+//! |---|---|---|---|---|---|---|---|---|---|---|
+//! | sine (0.01) | 2e-4 | 0 | 0.8 | 1 point | 0.8 | 0.016 | 0.92 | 0.016 | -0.01 | periodic 0.95 |
+//! | sine (0.05) | 5e-3 | 0 | 0.8 | cloud | 0.8 | 0.078 | 0.91 | 0.078 | 0.07 | periodic 0.84 |
+//! | two tones | 4e-12 | 4e-12 | 0.0 | loop | 53 | 0.010 | large | 0.010 | 0.00 | quasi-periodic 0.97 |
+//! | two tones (0.05) | 4e-3 | 0 | 0.5 | cloud | 5.2 | 0.098 | 0.74 | 0.087 | 0.05 | quasi-periodic 0.75 |
+//! | two, bent | 3e-11 | 3e-11 | 0.0 | loop | 51 | 0.015 | 0.02 | 0.016 | 0.56 | quasi-periodic 0.97 |
+//! | three tones | 3e-11 | 3e-11 | 0.0 | cloud | 20 | 0.031 | 0.13 | 0.031 | 0.01 | quasi-periodic 0.84 |
+//! | second tone 0.05 (0.05) | 5e-3 | 0 | 0.7 | cloud | 0.8 | 0.086 | 0.87 | 0.081 | 0.05 | not sure 0.40 |
+//! | Roessler 2.5 | 5e-11 | 5e-11 | 0.0 | 1 point | 0.0 | 0.000 | 0.02 | 0.000 | 0.00 | periodic 0.95 |
+//! | Roessler 4.15 | 3e-10 | 3e-10 | 0.0 | 8 points | 0.0 | 0.003 | 0.01 | 0.003 | 0.15 | periodic 0.95 |
+//! | Roessler 4.3 | 3e-3 | 3e-3 | 18 | arc | 5.7 | 0.013 | 0.04 | 0.050 | 0.16 | chaotic 0.85 |
+//! | Roessler 4.5 | 3e-2 | 3e-2 | 220 | arc | 9.1 | 0.012 | 0.04 | 0.092 | 0.35 | chaotic 0.99 |
+//! | Roessler 5.7 | 4e-2 | 4e-2 | 90 | arc | 20 | 0.021 | 0.05 | 0.276 | 0.74 | chaotic 1.00 |
+//! | Lorenz x | 1 | 1 | 340 | arc | 7.5 | 0.054 | 0.08 | 0.967 | 1.00 | chaotic 1.00 |
+//! | white noise | 1 | 0 | 0.9 | cloud | 0.8 | 1.031 | 1.03 | 1.012 | 1.00 | noise 0.90 |
+//! | AR(1), 0.8 | 1 | 0.8 | 1.0 | cloud | 1.0 | 0.978 | 0.98 | 1.004 | 1.00 | noise 0.88 |
+//! | AR(1), 0.99 | 0.8 | 0.8 | 6.1 | cloud | 0.8 | 0.364 | 1.05 | 0.981 | 0.99 | noise 0.77 |
+//! | AR(2), radius 0.997 | 0.3 | 0.3 | 2.1 | cloud | 1.6 | 0.385 | 1.06 | 0.958 | 0.94 | noise 0.85 |
+//!
+//! The squeaks that come with the program (velocity at 200 kHz, every 10 ms): `periodic-2deg` and
+//! `mode-shift-3.5deg` are periodic, mostly with 0.95, `torus-3deg` quasi-periodic with 0.7 to
+//! 0.97, in 20 ms as in 41 ms. `chaos-5deg` is chaotic with 0.7 in 164 ms; in 41 ms it is
+//! not sure in three windows of four; and in 20 ms, 84 turns, it is called quasi-periodic with
+//! 0.8: neighbouring motions part as `exp(50 t / s)`, and so short a piece of it is a torus.
+//!
+//! The time for 8000 samples is 5 ms, at most 13 ms, on one core.
 
 mod belief;
 mod signs;
@@ -82,9 +159,13 @@ impl RegimeSearch {
     /// The fewest samples that are judged.
     pub const FEWEST_SAMPLES: usize = 64;
 
-    /// The most samples that are judged; of a longer record the last ones.
+    /// The most samples that are judged. Of a longer record the last ones are; if it is sampled
+    /// finely, means of a few samples each, so that more of it counts.
     pub const MOST_SAMPLES: usize = 8192;
 }
+
+/// Samples of a long record are joined until this many are left in a lag, a quarter turn.
+const LEFT_IN_A_LAG: usize = 3;
 
 /// A verdict needs this share of all belief.
 const BELIEVED: f64 = 0.5;
@@ -92,8 +173,8 @@ const BELIEVED: f64 = 0.5;
 /// Samples that differ by less than this share of the largest do so by rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Tells the kind of motion of a signal. Of more than [`RegimeSearch::MOST_SAMPLES`] samples the
-/// last ones count; neither amplitude nor offset matter unless [`RegimeSearch::silence`] is given.
+/// Tells the kind of motion of a signal. Neither its amplitude nor its offset matter unless
+/// [`RegimeSearch::silence`] is given, and at most [`RegimeSearch::MOST_SAMPLES`] samples count.
 ///
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`RegimeSearch::FEWEST_SAMPLES`].
@@ -105,7 +186,7 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
             need: RegimeSearch::FEWEST_SAMPLES,
         });
     }
-    let recent = &samples[samples.len().saturating_sub(RegimeSearch::MOST_SAMPLES)..];
+    let (recent, joined) = recent(samples)?;
     let low = recent.iter().copied().fold(f64::INFINITY, f64::min);
     let high = recent.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let amplitude = 0.5 * (high - low);
@@ -113,7 +194,7 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
         return Ok(silent(amplitude, search.silence));
     }
     let scaled: Vec<f64> = recent.iter().map(|x| (x - low) / amplitude - 1.0).collect();
-    let evidence = weigh::evidence(&Signs::of(&scaled, search.sample_rate)?);
+    let evidence = weigh::evidence(&Signs::of(&scaled, search.sample_rate / joined as f64)?);
     let mut belief = Belief::open();
     for piece in evidence.iter().filter(|e| e.says != [Regime::Unsure]) {
         belief.join(piece.says, piece.weight);
@@ -128,6 +209,20 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
         confidence,
         evidence,
     })
+}
+
+/// The samples to judge, and how many of the record's each is the mean of.
+fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
+    let last = |count: usize| &samples[samples.len().saturating_sub(count)..];
+    let most = RegimeSearch::MOST_SAMPLES;
+    let possible = samples.len() / most;
+    if possible < 2 {
+        return Ok((last(most).to_vec(), 1));
+    }
+    let joined = (signs::lag(last(most))? / LEFT_IN_A_LAG).clamp(1, possible);
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / joined as f64;
+    let means = last(most * joined).chunks_exact(joined).map(mean);
+    Ok((means.collect(), joined))
 }
 
 /// The verdict on a signal that hardly moves.

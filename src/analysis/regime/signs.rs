@@ -1,11 +1,14 @@
 //! What is measured of a signal to tell its kind.
 
+use std::f64::consts::LN_2;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::analysis::{
-    AnalysisError, Bases, DelayVectors, Direction, DivergenceSearch, LineCriterion, NeighbourTree,
-    Norm, ScalingRegion, SectionShape, SpectrumAnalyser, Window, ZeroOneTest, delay_section,
-    divergence, mutual_information, name_lines, section_shape, zero_one,
+    AnalysisError, Bases, DelaySearch, DelayVectors, Direction, DivergenceSearch, Line,
+    LineCriterion, Naming, NeighbourTree, Norm, ScalingRegion, SectionShape, SpectrumAnalyser,
+    Window, ZeroOneTest, delay_section, divergence, mutual_information, name_lines, section_shape,
+    zero_one,
 };
 
 /// Pieces of the record whose levels and periods are compared.
@@ -29,17 +32,36 @@ const REFERENCES: usize = 800;
 /// Rows of the linear fit.
 const ROWS: usize = 2000;
 
+/// Errors of prediction below this come from how the states happen to lie, not from noise.
+const LEAST_ERROR: f64 = 3e-3;
+
+/// The longest period looked for in the section, in passages; four multiples of it must fit in
+/// half of them.
+const LONGEST_PERIOD: usize = 8;
+
+/// The fewest passages of which a period is told.
+const FEWEST_PASSAGES: usize = 24;
+
+/// Samples of the 0-1 test, the last ones taken.
+const DRIFT_SAMPLES: usize = 2000;
+
 /// The most passages of the section, the last ones.
 const PASSAGES: usize = 400;
 
 /// States followed for the exponent.
 const EXPONENT_REFERENCES: usize = 300;
 
-/// Standard uncertainty of a line's frequency, in bins.
-const LINE_UNCERTAINTY: f64 = 0.1;
-
 /// A line stands out if it is this many times the floor: noise does that once in 10^12 bins.
 const ABOVE_FLOOR: f64 = 6.5;
+
+/// Standard uncertainty of a line's frequency, in bins, where it is given a name.
+const LINE_UNCERTAINTY: f64 = 0.1;
+
+/// The same where two bases are compared, which are strong lines: 1e-4 without noise.
+const STEP_UNCERTAINTY: f64 = 0.02;
+
+/// By how much the upper quarter of a white floor may lie below the rest by chance.
+const WHITE_SCATTER: f64 = 1.3;
 
 /// Two tones are in step if a multiple up to this of one is a multiple of the other.
 const LONGEST_STEP: u32 = 8;
@@ -71,7 +93,7 @@ pub(super) enum Tones {
 /// All that is measured.
 #[derive(Clone, Debug)]
 pub(super) struct Signs {
-    /// Turns in the record.
+    /// Turns in the record: of four lags, or passages, whichever are more.
     pub turns: f64,
     /// Of the natural logarithm of the root mean square.
     pub envelope: Trend,
@@ -79,6 +101,9 @@ pub(super) struct Signs {
     pub tempo: Option<Trend>,
     /// Share of the power in the floor of the spectrum.
     pub floor: f64,
+    /// The part of that which white noise does not explain: the floor is higher where the motion
+    /// is than in the upper quarter of the frequencies.
+    pub coloured: f64,
     pub tones: Tones,
     pub section: SectionShape,
     pub passages: usize,
@@ -87,8 +112,13 @@ pub(super) struct Signs {
     pub near: f64,
     pub linear: f64,
     pub far: f64,
-    /// 0-1 test.
-    pub drift: Option<f64>,
+    /// States among which neighbours are looked for.
+    pub states: usize,
+    /// How far the passages are from those a period before, however many periods, over the
+    /// deviation of the signal; and the period, in passages.
+    pub periodic: Option<(f64, usize)>,
+    /// 0-1 test, and the samples it had.
+    pub drift: Option<(f64, usize)>,
     /// Rate at which neighbours part, and its error, for a turn.
     pub exponent: Option<[f64; 2]>,
 }
@@ -109,24 +139,8 @@ impl Signs {
             ..LineCriterion::default()
         };
         let lines = spectrum.lines(&criterion);
-        let uncertainty = LINE_UNCERTAINTY * spectrum.bin;
-        let naming = name_lines(&lines, uncertainty);
-        let tones = match naming.bases {
-            Bases::None if lines.is_empty() => Tones::None,
-            Bases::None => Tones::Many(lines.len()),
-            Bases::One { f1 } => {
-                let mut unnamed = lines.iter().zip(&naming.names);
-                let stray = unnamed.find(|(_, name)| name.is_none());
-                Tones::One {
-                    f1,
-                    stray: stray.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude),
-                }
-            }
-            Bases::Two { f1, f2 } => match in_step(f1, f2, uncertainty) {
-                Some((p, q)) => Tones::InStep { f1, p, q },
-                None => Tones::Two { f1, f2 },
-            },
-        };
+        let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
+        let tones = Tones::read(&lines, &naming, STEP_UNCERTAINTY * spectrum.bin);
 
         let lag = lag(&centred)?;
         let crossings = delay_section(&centred, lag, 3, 0.0, Direction::Rising)?;
@@ -137,39 +151,73 @@ impl Signs {
         let points: Vec<&[f64]> = last.iter().map(|c| c.point.as_slice()).collect();
         let (low, high) = extent(&centred);
 
-        let [near, linear, far] = predictability(&centred, lag, power)?;
+        let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
+        let [near, linear, far] = predictability(&vectors, lag, power);
         let stride = ZeroOneTest::stride_for(&centred).max(lag);
-        let drift = zero_one(&centred, &ZeroOneTest::with_stride(stride));
+        let late = &centred[n.saturating_sub(DRIFT_SAMPLES * stride)..];
+        let drift = zero_one(late, &ZeroOneTest::with_stride(stride));
         let turn = (TURN * lag) as f64;
         Ok(Self {
-            turns: n as f64 / turn,
+            turns: (n as f64 / turn).max(crossings.len() as f64),
             envelope: Trend::of(&levels(&centred, power)),
             tempo: periods(&instants).map(|periods| Trend::of(&periods)),
             floor: spectrum.floor_share(),
+            coloured: spectrum.floor_share() * colour(&spectrum.floor()),
             tones,
             section: section_shape(&points, high - low),
             passages: crossings.len(),
             near,
             linear,
             far,
-            drift: drift.ok().map(|result| result.k),
+            states: vectors.len(),
+            periodic: repetition(&points).map(|(apart, period)| (apart / power.sqrt(), period)),
+            drift: drift.ok().map(|result| (result.k, result.samples)),
             exponent: exponent(&centred, lag).map(|r| [r.slope * turn, r.error * turn]),
         })
     }
 
     /// The floor over what noise would have to make it, given how well the next lag is foretold.
     pub(super) fn lawful_floor(&self) -> f64 {
-        self.floor / self.near.powi(2).max(1e-6)
+        self.floor / self.near.max(LEAST_ERROR).powi(2)
+    }
+
+    /// How far the passages are from those a period before over what noise explains.
+    pub(super) fn unrepeated(&self) -> Option<f64> {
+        let (apart, _) = self.periodic?;
+        Some(apart / self.near.max(LEAST_ERROR))
     }
 
     /// How much the error of prediction grows from a lag to many turns.
     pub(super) fn growth(&self) -> f64 {
-        self.far / self.near.max(3e-3)
+        self.far / self.near.max(LEAST_ERROR)
     }
 
     /// The neighbour's error of prediction over that of a linear map.
     pub(super) fn against_linear(&self) -> f64 {
         self.near / self.linear.max(1e-9)
+    }
+}
+
+impl Tones {
+    /// Lines, strongest first, whose frequencies differ from steps of each other by no more than
+    /// `uncertainty` (Hz) if they are in step.
+    fn read(lines: &[Line], naming: &Naming, uncertainty: f64) -> Self {
+        match naming.bases {
+            Bases::None if lines.is_empty() => Self::None,
+            Bases::None => Self::Many(lines.len()),
+            Bases::One { f1 } => {
+                let mut all = lines.iter().zip(&naming.names);
+                let stray = all.find(|(_, name)| name.is_none());
+                Self::One {
+                    f1,
+                    stray: stray.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude),
+                }
+            }
+            Bases::Two { f1, f2 } => match in_step(f1, f2, uncertainty) {
+                Some((p, q)) => Self::InStep { f1, p, q },
+                None => Self::Two { f1, f2 },
+            },
+        }
     }
 }
 
@@ -227,11 +275,22 @@ fn in_step(f1: f64, f2: f64, uncertainty: f64) -> Option<(u32, u32)> {
     })
 }
 
+/// The share of the power of a floor that is not white.
+fn colour(floor: &[f64]) -> f64 {
+    let power = |part: &[f64]| part.iter().map(|a| a * a).sum::<f64>() / part.len() as f64;
+    let (all, white) = (power(floor), power(&floor[floor.len() * 3 / 4..]));
+    if all > 0.0 {
+        (1.0 - WHITE_SCATTER * white / all).max(0.0)
+    } else {
+        0.0
+    }
+}
+
 /// First clear minimum of the mutual information, or where it falls below 1/e.
-fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
+pub(super) fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
     let n = samples.len();
     let largest = (n / 25).clamp(1, LARGEST_LAG);
-    let mutual = mutual_information(samples, largest, crate::analysis::DelaySearch::for_samples(n).bins)?;
+    let mutual = mutual_information(samples, largest, DelaySearch::for_samples(n).bins)?;
     let minimum = mutual.first_clear_minimum();
     let lag = minimum.or_else(|| mutual.first_below((-1.0_f64).exp()));
     Ok(lag.unwrap_or(largest).max(1))
@@ -244,13 +303,12 @@ fn extent(samples: &[f64]) -> (f64, f64) {
 }
 
 /// The errors of prediction `near`, `linear` and `far` of [`Signs`].
-fn predictability(centred: &[f64], lag: usize, power: f64) -> Result<[f64; 3], AnalysisError> {
-    let vectors = DelayVectors::new(centred, lag, DIMENSION)?;
+fn predictability(vectors: &DelayVectors<'_>, lag: usize, power: f64) -> [f64; 3] {
     let turn = TURN * lag;
     let ahead = (FAR * turn).min(vectors.len() / 3).max(lag);
     let limit = vectors.len().saturating_sub(ahead).max(1);
     let newest = vectors.coordinate(DIMENSION - 1);
-    let tree = NeighbourTree::new(vectors, Norm::Euclidean);
+    let tree = NeighbourTree::new(*vectors, Norm::Euclidean);
     // Over the last turn, so that the phase does not matter.
     let late = (0..TURN).map(|quarter| ahead.saturating_sub(quarter * lag));
     let (mut near, mut far, mut pairs) = (0.0, 0.0, 0.0);
@@ -290,9 +348,45 @@ fn predictability(centred: &[f64], lag: usize, power: f64) -> Result<[f64; 3], A
     products += SMatrix::identity() * ridge;
     let map = products.cholesky().map(|factors| factors.solve(&target));
     let map = map.unwrap_or_default();
-    let missed = (0..rows).map(row).map(|(state, next)| (next - state.dot(&map)).powi(2));
+    let missed = (0..rows)
+        .map(row)
+        .map(|(state, next)| (next - state.dot(&map)).powi(2));
     let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
-    Ok([relative(near), linear, relative(far)])
+    [relative(near), linear, relative(far)]
+}
+
+/// How far passages are apart (in a coordinate, as noise would have it) that are a period or a
+/// multiple of it apart, up to half of the passages, for the period at which that is smallest;
+/// `None` for fewer than [`FEWEST_PASSAGES`].
+///
+/// Medians: noise makes a few passages too many, in wrong places.
+fn repetition(points: &[&[f64]]) -> Option<(f64, usize)> {
+    let half = points.len() / 2;
+    if points.len() < FEWEST_PASSAGES {
+        return None;
+    }
+    let square = |(a, b): (&&[f64], &&[f64])| {
+        let differences = a.iter().zip(*b).map(|(a, b)| a - b);
+        differences.map(|d| d * d).sum::<f64>()
+    };
+    let mut squares = Vec::with_capacity(points.len());
+    let mut apart = |passages: usize| {
+        squares.clear();
+        squares.extend(points.iter().zip(&points[passages..]).map(square));
+        let middle = squares.len() / 2;
+        // Of two coordinates (the third is the level) with the noise of both passages; the median
+        // of an exponential variable is ln 2.
+        *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / (4.0 * LN_2)
+    };
+    let apart: Vec<f64> = (0..=half).map(&mut apart).collect();
+    let of_period = |period: usize| {
+        let multiples = apart[period..].iter().step_by(period);
+        let count = multiples.len() as f64;
+        ((multiples.sum::<f64>() / count).sqrt(), period)
+    };
+    (1..=LONGEST_PERIOD.min(points.len() / 8))
+        .map(of_period)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The straight part of the curve of parting neighbours.

@@ -25,11 +25,13 @@ const fn ramp(none: f64, all: f64, full: f64) -> Ramp {
 }
 
 /// Turns in the record; below the first limit nothing is believed.
-const TURNS: Ramp = ramp(6.0, 20.0, 1.0);
+const TURNS: Ramp = ramp(10.0, 40.0, 1.0);
 
 /// Change of the envelope, natural logarithm, over the record.
 const ENVELOPE: Ramp = ramp(0.08, 0.3, 0.95);
 const ENVELOPE_CLARITY: Ramp = ramp(3.0, 6.0, 1.0);
+/// A change so large that it need not be straight.
+const LARGE_CHANGE: Ramp = ramp(1.0, 2.0, 1.0);
 
 /// Change of the period, natural logarithm, over the record.
 const TEMPO: Ramp = ramp(0.01, 0.04, 0.95);
@@ -37,23 +39,35 @@ const TEMPO_CLARITY: Ramp = ramp(5.0, 12.0, 1.0);
 
 /// A section of so many points, a loop, an arc.
 const POINTS: f64 = 0.7;
-const LOOP: f64 = 0.8;
 const ARC: f64 = 0.2;
+
+/// Passages on a loop: a few may lie on one by chance.
+const LOOP: Ramp = ramp(24.0, 80.0, 0.8);
+
+/// Passages a period apart, over what noise explains: they are the same, they are not.
+const REPEATED: Ramp = ramp(2.0, 1.2, 0.6);
+const NOT_REPEATED: Ramp = ramp(3.0, 6.0, 0.7);
 
 /// Lines that read clearly, and lines that leave something open.
 const CLEAR_LINES: f64 = 0.6;
-const LESS_CLEAR_LINES: f64 = 0.4;
+const LESS_CLEAR_LINES: f64 = 0.55;
 
 /// A line that is no harmonic is a tone if it has this share of the strongest.
 const STRAY: f64 = 0.01;
 
 /// Lines are read as tones where the floor is no broader than noise explains (the ratio of
-/// [`Signs::lawful_floor`]) and the signal is foretold.
-const LINES_FLOOR: Ramp = ramp(10.0, 2.0, 1.0);
+/// [`Signs::lawful_floor`]; the part that is not white), where the record is long enough to part
+/// neighbouring ones, and where the signal is foretold.
+const LINES_FLOOR: Ramp = ramp(4.0, 1.2, 1.0);
+const LINES_COLOURED: Ramp = ramp(3e-4, 7e-5, 1.0);
+const LINES_TURNS: Ramp = ramp(30.0, 80.0, 1.0);
 const LINES_FORETOLD: Ramp = ramp(0.4, 0.2, 1.0);
 
 /// Common logarithm of the share of the power in the floor.
 const NO_FLOOR: Ramp = ramp(-3.0, -6.0, 0.7);
+
+/// Common logarithm of the share of the power in the part of the floor that is not white.
+const COLOURED: Ramp = ramp(-3.6, -2.6, 0.8);
 
 /// Natural logarithm of the floor over what noise explains, of a signal that is foretold.
 const LAWFUL_FLOOR: Ramp = ramp(2.08, 3.91, 0.8);
@@ -73,9 +87,14 @@ const NOT_BENT: Ramp = ramp(0.8, 0.95, 1.0);
 const NOISE_NEAR: Ramp = ramp(0.15, 0.4, 0.9);
 const NOISE_FAR: Ramp = ramp(0.6, 0.9, 1.0);
 
+/// States among which neighbours were looked for: where they are few, none is near, and chaos
+/// looks like noise.
+const NOISE_STATES: Ramp = ramp(500.0, 2000.0, 1.0);
+
 /// 0-1 test. Weak chaos gives little, which is why a small value says little.
 const REGULAR_K: Ramp = ramp(0.4, 0.1, 0.3);
 const IRREGULAR_K: Ramp = ramp(0.6, 0.9, 0.5);
+const K_SAMPLES: Ramp = ramp(200.0, 1000.0, 1.0);
 
 /// Exponent over its error.
 const EXPONENT: Ramp = ramp(3.0, 8.0, 0.6);
@@ -93,6 +112,7 @@ pub(super) fn evidence(signs: &Signs) -> Vec<Evidence> {
     let lasting: f64 = all.iter().map(|e| 1.0 - e.weight).product();
     let mut rest = lines(signs);
     rest.extend(section(signs));
+    rest.extend(repetition(signs));
     rest.extend(prediction(signs));
     rest.extend(chaos_tests(signs));
     for evidence in &mut rest {
@@ -114,18 +134,28 @@ pub(super) fn evidence(signs: &Signs) -> Vec<Evidence> {
             ),
         });
     }
-    all.retain(|e| e.weight >= LEAST);
     all.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    let telling = all.iter().take_while(|e| e.weight >= LEAST).count();
+    all.truncate(telling.max(1));
     all
+}
+
+/// A frequency to four digits, Hz.
+fn hertz(frequency: f64) -> String {
+    let decimals = (3.0 - frequency.max(1e-12).log10().floor()).clamp(0.0, 12.0);
+    format!("{frequency:.*} Hz", decimals as usize)
 }
 
 /// Does it still change?
 fn change(signs: &Signs) -> Vec<Evidence> {
-    let envelope = |trend: Trend| Evidence {
+    let envelope = |trend: Trend, size: f64| Evidence {
         what: "envelope",
         value: trend.change,
         says: &[Transient],
-        weight: ENVELOPE.at(trend.change.abs()) * ENVELOPE_CLARITY.at(trend.clarity),
+        weight: ENVELOPE.at(size)
+            * ENVELOPE_CLARITY
+                .at(trend.clarity)
+                .max(LARGE_CHANGE.at(size)),
         words: format!(
             "The level {} by a factor of {:.2} over the record.",
             if trend.change < 0.0 { "falls" } else { "rises" },
@@ -143,14 +173,17 @@ fn change(signs: &Signs) -> Vec<Evidence> {
             100.0 * trend.change.exp_m1().abs()
         ),
     };
-    let mut all = vec![envelope(signs.envelope)];
+    let mut all = vec![envelope(signs.envelope, signs.envelope.change.abs())];
     all.extend(signs.tempo.map(tempo));
     all
 }
 
 /// Which tones are in it, and what lies between them?
 fn lines(signs: &Signs) -> Vec<Evidence> {
-    let trusted = LINES_FLOOR.at(signs.lawful_floor()) * LINES_FORETOLD.at(signs.near);
+    let trusted = LINES_FLOOR.at(signs.lawful_floor())
+        * LINES_COLOURED.at(signs.coloured)
+        * LINES_TURNS.at(signs.turns)
+        * LINES_FORETOLD.at(signs.near);
     let reading = |value, says, weight, words| Evidence {
         what: "spectral lines",
         value,
@@ -168,28 +201,36 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
             } else {
                 LESS_CLEAR_LINES
             },
-            format!("The lines are harmonics of {f1:.4} Hz."),
+            format!("The lines are harmonics of {}.", hertz(f1)),
         )),
         Tones::One { f1, stray } => Some(reading(
             f1,
             &[QuasiPeriodic],
             LESS_CLEAR_LINES,
             format!(
-                "A line of {:.1} % of the strongest is no harmonic of {f1:.4} Hz.",
-                100.0 * stray
+                "A line of {:.1} % of the strongest is no harmonic of {}.",
+                100.0 * stray,
+                hertz(f1)
             ),
         )),
         Tones::Two { f1, f2 } => Some(reading(
             f2 / f1,
             &[QuasiPeriodic],
             CLEAR_LINES,
-            format!("The lines are combinations of {f1:.4} and {f2:.4} Hz, not in step."),
+            format!(
+                "The lines are combinations of {} and {}, not in step.",
+                hertz(f1),
+                hertz(f2)
+            ),
         )),
         Tones::InStep { f1, p, q } => Some(reading(
             f64::from(p) / f64::from(q),
             &[Periodic],
             LESS_CLEAR_LINES,
-            format!("The lines are combinations of {f1:.4} Hz and {p}/{q} of it."),
+            format!(
+                "The lines are combinations of {} and {p}/{q} of it.",
+                hertz(f1)
+            ),
         )),
         Tones::Many(count) => Some(reading(
             count as f64,
@@ -206,6 +247,21 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
         weight: NO_FLOOR.at(signs.floor.max(1e-30).log10()),
         words: format!("Only {percent:.1e} % of the power lies between the lines."),
     };
+    let coloured = Evidence {
+        what: "coloured floor",
+        value: signs.coloured,
+        // Coloured noise is foretold by a linear map as well as it can be.
+        says: if BENT.at(signs.against_linear()) > 0.5 {
+            &[Chaotic]
+        } else {
+            &[Chaotic, Noise]
+        },
+        weight: COLOURED.at(signs.coloured.max(1e-30).log10()),
+        words: format!(
+            "{:.3} % of the power lies between the lines and is not white.",
+            100.0 * signs.coloured
+        ),
+    };
     let ratio = signs.lawful_floor();
     let lawful = Evidence {
         what: "lawful floor",
@@ -217,7 +273,10 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
              would leave unforetold."
         ),
     };
-    tones.into_iter().chain([no_floor, lawful]).collect()
+    tones
+        .into_iter()
+        .chain([no_floor, coloured, lawful])
+        .collect()
 }
 
 /// Where does it come back to?
@@ -245,7 +304,7 @@ fn section(signs: &Signs) -> Option<Evidence> {
         SectionShape::Loop => shape(
             passages as f64,
             &[QuasiPeriodic],
-            LOOP,
+            LOOP.at(passages as f64),
             format!("The section's {passages} passages lie on a closed curve."),
         ),
         SectionShape::Arc => shape(
@@ -258,9 +317,37 @@ fn section(signs: &Signs) -> Option<Evidence> {
     }
 }
 
+/// Does it repeat?
+fn repetition(signs: &Signs) -> Option<Evidence> {
+    let ((apart, period), ratio) = (signs.periodic?, signs.unrepeated()?);
+    let (repeated, not) = (REPEATED.at(ratio), NOT_REPEATED.at(ratio));
+    Some(Evidence {
+        what: "repetition",
+        value: ratio,
+        says: if repeated > not {
+            &[Periodic]
+        } else {
+            &[QuasiPeriodic, Chaotic, Noise, Transient]
+        },
+        weight: repeated.max(not) * LINES_FORETOLD.at(signs.near),
+        words: format!(
+            "Passages {} apart differ by {:.2} % of the deviation, {ratio:.1} times what noise \
+             explains.",
+            if period == 1 {
+                "1 or more".to_owned()
+            } else {
+                format!("{period}, {}, ...", 2 * period)
+            },
+            100.0 * apart
+        ),
+    })
+}
+
 /// How well is it foretold?
 fn prediction(signs: &Signs) -> [Evidence; 3] {
-    let Signs { near, far, linear, .. } = *signs;
+    let Signs {
+        near, far, linear, ..
+    } = *signs;
     let (growth, ratio) = (signs.growth(), signs.against_linear());
     [
         Evidence {
@@ -290,7 +377,10 @@ fn prediction(signs: &Signs) -> [Evidence; 3] {
             what: "no prediction",
             value: ratio,
             says: &[Noise],
-            weight: NOISE_NEAR.at(near) * NOISE_FAR.at(far) * NOT_BENT.at(ratio),
+            weight: NOISE_NEAR.at(near)
+                * NOISE_FAR.at(far)
+                * NOT_BENT.at(ratio)
+                * NOISE_STATES.at(signs.states as f64),
             words: format!(
                 "Neighbours foretell the next quarter turn to {:.0} % of the deviation, no better \
                  than a linear map does, to {:.0} %.",
@@ -303,7 +393,7 @@ fn prediction(signs: &Signs) -> [Evidence; 3] {
 
 /// Does it drive a point adrift, do neighbours part at a rate?
 fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
-    let drift = signs.drift.map(|k| {
+    let drift = signs.drift.map(|(k, samples)| {
         let (regular, irregular) = (REGULAR_K.at(k), IRREGULAR_K.at(k));
         Evidence {
             what: "0-1 test",
@@ -313,7 +403,7 @@ fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
             } else {
                 &[Periodic, QuasiPeriodic]
             },
-            weight: irregular.max(regular),
+            weight: irregular.max(regular) * K_SAMPLES.at(samples as f64),
             words: format!("The 0-1 test gives {k:.2}: 0 is regular, 1 is chaos or noise."),
         }
     });
@@ -321,8 +411,7 @@ fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
         what: "exponent",
         value: rate,
         says: &[Chaotic],
-        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs()))
-            * BENT.at(signs.against_linear()),
+        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs())) * BENT.at(signs.against_linear()),
         words: format!("Neighbours part by exp({rate:.2} +- {error:.2}) a turn."),
     });
     drift.into_iter().chain(exponent).collect()
