@@ -122,6 +122,11 @@ pub fn samples(duration: f64) -> usize {
     (duration * SAMPLE_RATE / FRAME as f64).round() as usize * FRAME
 }
 
+/// The displacement of all [`samples`], m.
+pub fn displacement(duration: f64) -> Vec<f64> {
+    Signal::new(duration).displacement
+}
+
 /// When the next picture of a kind is due, s.
 #[derive(Default)]
 struct Due {
