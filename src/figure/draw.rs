@@ -118,15 +118,15 @@ fn font(points: f64, bold: bool, ink: Rgb) -> TextStyle<'static> {
 fn draw_panel(cell: &Area<'_>, panel: &Panel, pictures: &mut String) -> Result<(), Failed> {
     let has_bars = panel.marks.iter().any(|m| matches!(m, Mark::Bars { .. }));
     let ([left, right], [low, high]) = (panel.x.ends(), panel.y.ends());
-    let title = font(13.0, true, style::INK);
+    let title = font(13.0, true, style::INK).pos(Pos::new(HPos::Left, VPos::Top));
+    cell.draw(&Text::new(panel.title.clone(), (units(18.0), units(2.0)), title))?;
     let mut chart = ChartBuilder::on(cell)
         .margin_left(units(10.0))
         .margin_right(units(22.0))
-        .margin_top(units(4.0))
+        .margin_top(units(26.0))
         .margin_bottom(units(8.0))
         .x_label_area_size(units(44.0))
         .y_label_area_size(units(if has_bars { 8.0 } else { 64.0 }))
-        .caption(&panel.title, title)
         .build_cartesian_2d(left..right, low..high)?;
     let is_picture = |m: &Mark| matches!(m, Mark::Picture { .. });
     let grid = !panel.marks.iter().any(is_picture);

@@ -13,6 +13,9 @@ mod raster;
 mod signal;
 mod style;
 
+#[cfg(test)]
+mod tests;
+
 pub use error::FigureError;
 pub use panel::{Axis, Mark, Panel, Scale};
 pub use signal::signal_figures;
