@@ -119,7 +119,12 @@ fn draw_panel(cell: &Area<'_>, panel: &Panel, pictures: &mut String) -> Result<(
     let has_bars = panel.marks.iter().any(|m| matches!(m, Mark::Bars { .. }));
     let ([left, right], [low, high]) = (panel.x.ends(), panel.y.ends());
     let title = font(13.0, true, style::INK).pos(Pos::new(HPos::Left, VPos::Top));
-    cell.draw(&Text::new(panel.title.clone(), (units(18.0), units(2.0)), title))?;
+    cell.draw(&Text::new(
+        panel.title.clone(),
+        (units(18.0), units(2.0)),
+        title,
+    ))?;
+    draw_legend(cell, &panel.marks)?;
     let mut chart = ChartBuilder::on(cell)
         .margin_left(units(10.0))
         .margin_right(units(22.0))
@@ -134,19 +139,35 @@ fn draw_panel(cell: &Area<'_>, panel: &Panel, pictures: &mut String) -> Result<(
     for mark in &panel.marks {
         draw_mark(&mut chart, panel, mark, pictures)?;
     }
-    let label = |m: &Mark| match m {
-        Mark::Line { label, .. } | Mark::Dots { label, .. } => !label.is_empty(),
-        _ => false,
-    };
-    if panel.marks.iter().any(label) {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .margin(units(6.0))
-            .legend_area_size(units(24.0))
-            .label_font(font(11.0, false, style::INK))
-            .background_style(WHITE.mix(0.85))
-            .draw()?;
+    Ok(())
+}
+
+/// The legend, from the right end of the title's line towards the left: there it hides no mark.
+fn draw_legend(cell: &Area<'_>, marks: &[Mark]) -> Result<(), Failed> {
+    let (width, _) = cell.dim_in_pixel();
+    let mut right = width as i32 - units(22.0);
+    for mark in marks.iter().rev() {
+        let (label, ink) = match mark {
+            Mark::Line { label, color, .. } | Mark::Dots { label, color, .. } => (label, *color),
+            _ => continue,
+        };
+        if label.is_empty() {
+            continue;
+        }
+        let text = font(11.0, false, style::INK).pos(Pos::new(HPos::Right, VPos::Center));
+        let ((from, _), (to, _)) = text.font.layout_box(label)?;
+        let middle = units(9.0);
+        cell.draw(&Text::new(label.clone(), (right, middle), text))?;
+        right -= to - from + units(6.0);
+        if matches!(mark, Mark::Line { .. }) {
+            let stroke = color(ink).stroke_width(2 * FINE);
+            let sample = [(right - units(18.0), middle), (right, middle)];
+            cell.draw(&PathElement::new(sample, stroke))?;
+        } else {
+            let place = (right - units(9.0), middle);
+            cell.draw(&Circle::new(place, units(2.5), color(ink).filled()))?;
+        }
+        right -= units(34.0);
     }
     Ok(())
 }
@@ -240,36 +261,24 @@ fn draw_mark(
     let ([left, right], [low, high]) = (panel.x.ends(), panel.y.ends());
     match mark {
         Mark::Line {
-            points,
-            color: c,
-            label,
+            points, color: c, ..
         } => {
             let style = color(*c).stroke_width(3 * FINE / 2);
             let points = points.iter().filter(finite).map(|p| at(*p));
-            let series = chart.draw_series(LineSeries::new(points, style))?;
-            if !label.is_empty() {
-                series
-                    .label(label.clone())
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + units(18.0), y)], style));
-            }
+            chart.draw_series(LineSeries::new(points, style))?;
         }
         Mark::Dots {
             points,
             radius,
             color: c,
-            label,
+            ..
         } => {
             let (radius, style) = (units(*radius), color(*c).filled());
             let inside =
                 |p: &(f64, f64)| (left..=right).contains(&p.0) && (low..=high).contains(&p.1);
             let points = points.iter().filter(finite).map(|p| at(*p)).filter(inside);
             let dots = points.map(|p| Circle::new(p, radius, style));
-            let series = chart.draw_series(dots)?;
-            if !label.is_empty() {
-                series.label(label.clone()).legend(move |(x, y)| {
-                    Circle::new((x + units(9.0), y), radius.max(units(2.0)), style)
-                });
-            }
+            chart.draw_series(dots)?;
         }
         Mark::Upright { x, words, color: c } => {
             let x = panel.x.place(*x);

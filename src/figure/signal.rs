@@ -417,7 +417,7 @@ impl<'a> View<'a> {
         let shares = Panel {
             title: "shares".to_owned(),
             x: x(),
-            y: Axis::linear("", [0.0, 1.25]),
+            y: Axis::linear("", [0.0, 1.05]),
             marks: vec![
                 line(curve(&|m| Some(m.recurrence_rate)), BLUE, "RR"),
                 line(curve(&|m| m.determinism), VERMILION, "DET"),
@@ -452,7 +452,7 @@ impl<'a> View<'a> {
         let lengths = Panel {
             title: "mean lengths of lines and gaps".to_owned(),
             x: x(),
-            y: Axis::linear(unit.after("duration"), [0.0, 1.3 * longest * unit.per_own]),
+            y: Axis::linear(unit.after("duration"), [0.0, 1.08 * longest * unit.per_own]),
             marks: lengths,
         };
         let entropy = curve(&|m| m.entropy);
@@ -525,17 +525,13 @@ impl<'a> View<'a> {
                 Some(region) => {
                     let rate = self.report.signal.rate;
                     let at = |k: usize| [k as f64 * ms, region.intercept + region.slope * k as f64];
-                    let label = format!(
-                        "{:.4} ± {:.4} 1/s",
-                        region.slope * rate,
-                        region.error * rate
-                    );
-                    marks.push(line(
-                        vec![at(region.from), at(region.to)],
-                        VERMILION,
-                        &label,
-                    ));
-                    format!("{title}: largest exponent {:.3} 1/s", region.slope * rate)
+                    let (slope, error) = (region.slope * rate, region.error * rate);
+                    let ends = vec![at(region.from), at(region.to)];
+                    marks.push(line(ends, VERMILION, "the straight part"));
+                    // Two digits of the error, and as many places of the value.
+                    let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
+                    let places = places as usize;
+                    format!("{title}: {slope:.places$} ± {error:.places$} 1/s")
                 }
                 None => format!("{title}: no straight part"),
             };
