@@ -134,6 +134,22 @@ impl<'a> Pairs<'a> {
             Norm::Manhattan => arch.dispatch(Sweep(self, offsets, limits, visitor, Sum)),
         }
     }
+
+    /// [`Pairs::visit`] with chosen instructions.
+    #[cfg(test)]
+    pub fn visit_with(
+        &self,
+        simd: impl Simd,
+        offsets: Range<usize>,
+        limits: Limits<'_>,
+        visitor: &mut impl Visitor,
+    ) {
+        match self.norm {
+            Norm::Euclidean => simd.vectorize(Sweep(self, offsets, limits, visitor, SumOfSquares)),
+            Norm::Maximum => simd.vectorize(Sweep(self, offsets, limits, visitor, Largest)),
+            Norm::Manhattan => simd.vectorize(Sweep(self, offsets, limits, visitor, Sum)),
+        }
+    }
 }
 
 /// How an extent is put together: [`Norm::extent`] for vectors.
