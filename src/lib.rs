@@ -17,6 +17,8 @@
 //! * [`pipeline`]: the threads and what travels between them.
 //! * `record` (feature `record`): the only room that knows Rerun.
 //! * `cli` (feature `cli`): the command line.
+//! * [`import`]: signals from files that somebody else made.
+//! * `figure` (feature `figure`): pictures on disk.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
@@ -24,6 +26,7 @@ pub mod dynamics;
 pub mod export;
 pub mod fem;
 pub mod guide;
+pub mod import;
 pub mod joint;
 pub mod pipeline;
 pub mod scene;

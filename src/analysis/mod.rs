@@ -34,7 +34,8 @@ pub use error::AnalysisError;
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{
-    Clusters, Crossing, Direction, clusters, delay_section, plane_section, return_map,
+    Clusters, Crossing, Direction, SectionFinder, SectionShape, clusters, delay_section,
+    plane_section, return_map, section_shape,
 };
 pub use recurrence::*;
 pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};

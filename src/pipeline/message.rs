@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
 use crate::dynamics::Tally;
 
 /// The state of one contact node.
@@ -150,22 +151,103 @@ pub struct Outline {
 /// What is known before the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
-    /// Name of the scene.
+    /// Name of the scene, or of the file.
     pub scene: String,
     /// One line that says what the scene shows.
     pub title: String,
     /// A few sentences (Markdown): what to look for.
     pub about: String,
-    /// The whole scene file's text.
+    /// The whole scene file's text; empty where there is no scene.
     pub scene_text: String,
     /// How the program was started.
     pub command: String,
-    /// The modes, in the order of the modal coordinates.
-    pub modes: Vec<ModeInfo>,
     /// Samples a second, Hz.
     pub sample_rate: f64,
-    /// Simulated time planned, s.
+    /// Time planned, s: simulated time, or the length of the signal.
     pub duration: f64,
+    /// The analyses whose records will come.
+    pub analyses: Vec<AnalysisKind>,
+    /// What the coordinates of a [`SectionPoint`] are.
+    pub section: [SectionCoordinate; 2],
+    /// Where the samples come from.
+    pub subject: Subject,
+}
+
+impl Header {
+    /// The joint, if that is the subject.
+    pub fn joint(&self) -> Option<&JointInfo> {
+        match &self.subject {
+            Subject::Joint(joint) => Some(joint),
+            Subject::Signal(_) => None,
+        }
+    }
+
+    /// Whether records of this analysis will come.
+    pub fn has(&self, analysis: AnalysisKind) -> bool {
+        self.analyses.contains(&analysis)
+    }
+
+    /// Time of the first sample, s.
+    pub fn start(&self) -> f64 {
+        match &self.subject {
+            Subject::Joint(_) => 0.0,
+            Subject::Signal(signal) => signal.start,
+        }
+    }
+}
+
+/// An analysis of a run, by the records that it makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AnalysisKind {
+    /// [`Record::Spectrum`].
+    Spectrum,
+    /// [`Record::SpectrogramColumn`].
+    Spectrogram,
+    /// [`Record::Recurrence`] and [`Record::Embedding`].
+    Recurrence,
+    /// [`Record::Delay`].
+    Delay,
+    /// [`Record::Quantification`].
+    Quantification,
+    /// [`Record::Section`].
+    Section,
+    /// [`Record::Chaos`].
+    Chaos,
+    /// [`Record::Regime`].
+    Regime,
+}
+
+/// A coordinate of a passage through a Poincare section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SectionCoordinate {
+    /// The displacement so many delays after `y(t)`, m: 2 is `y(t + 2 tau)`.
+    Delayed(usize),
+    /// The modal coordinate of the mode with this index, sqrt(kg) m.
+    Q(usize),
+    /// The modal velocity of the mode with this index, sqrt(kg) m/s.
+    Qdot(usize),
+}
+
+impl SectionCoordinate {
+    /// Those of the section of Fig. 10, `(y(t), y(t + 2 tau))`.
+    pub const DELAYED: [Self; 2] = [Self::Delayed(0), Self::Delayed(2)];
+}
+
+/// Where the samples come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Subject {
+    /// A simulated joint. Samples are the displacement (m) and velocity (m/s) of the probe.
+    Joint(JointInfo),
+    /// A signal from a file. Displacement and velocity are both the signal in its own unit, and
+    /// where a record says m or m/s that unit is meant.
+    Signal(SignalInfo),
+}
+
+/// The joint of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointInfo {
+    /// The modes, in the order of the modal coordinates.
+    pub modes: Vec<ModeInfo>,
     /// The smallest tilt that the scene plans, rad.
     pub min_tilt: f64,
     /// The largest tilt that the scene plans to reach, rad.
@@ -186,6 +268,23 @@ pub struct Header {
     pub sliding_speed: f64,
 }
 
+/// A signal that somebody else made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalInfo {
+    /// Where it was read from, such as a file's name.
+    pub source: String,
+    /// Name of the column or channel; empty if the source has only one without a name.
+    pub column: String,
+    /// Unit of the samples; empty if unknown.
+    pub unit: String,
+    /// Time of the first sample, s.
+    pub start: f64,
+    /// Smallest and largest sample.
+    pub span: [f64; 2],
+    /// Highest frequency worth showing, Hz.
+    pub highest_frequency: f64,
+}
+
 /// A line of a spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
@@ -195,6 +294,15 @@ pub struct Peak {
     pub amplitude: f64,
     /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty where nothing fits.
     pub label: String,
+}
+
+/// One passage through the Poincare section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPoint {
+    /// When, s.
+    pub time: f64,
+    /// Where on the section: its two coordinates, as [`Header::section`] says.
+    pub at: [f64; 2],
 }
 
 /// What a stage of analysis says to the sink.
@@ -221,7 +329,8 @@ pub enum Record {
         time: f64,
         /// Spacing of the bins, Hz; the first bin is 0 Hz.
         bin: f64,
-        /// Level of each bin, dB relative to 1 mm/s amplitude.
+        /// Level of each bin, dB relative to an amplitude of 1 mm/s (of a signal from a file:
+        /// of a thousandth of its unit).
         level_db: Vec<f32>,
     },
     /// Recurrence plot, Eq. (26), of the delay vectors, Eq. (25), in a sliding window.
@@ -253,6 +362,63 @@ pub enum Record {
         /// Points, oldest first.
         points: Vec<[f32; 3]>,
     },
+    /// Lag and dimension chosen from a sliding window of the displacement (Fig. 8).
+    Delay {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Sample spacing, s.
+        dt: f64,
+        /// The choice and the curves that led to it.
+        choice: Arc<DelayChoice>,
+    },
+    /// Recurrence quantification of a sliding window of the displacement.
+    Quantification {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Spacing of the states, s: lengths of lines times this are durations.
+        dt: f64,
+        /// Threshold distance used, m; `None` if each state had its own.
+        threshold: Option<f64>,
+        /// The measures.
+        measures: Measures,
+        /// The most frequent spacing of diagonals, s.
+        period: Option<f64>,
+    },
+    /// Passages through the Poincare section that have become known since the last such record, in
+    /// time order; at least one.
+    Section {
+        /// Time of the newest sample, s. A passage is known a few samples (of a delay section:
+        /// also two delays) after it.
+        time: f64,
+        /// The passages.
+        points: Vec<SectionPoint>,
+    },
+    /// How neighbours part in a sliding window of the displacement, and the 0-1 test.
+    Chaos {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// Sample spacing, s.
+        dt: f64,
+        /// Mean log distance of neighbours, and its straight part.
+        divergence: Arc<Divergence>,
+        /// The 0-1 test.
+        zero_one: Arc<ZeroOne>,
+    },
+    /// The kind of motion in a sliding window of the displacement.
+    Regime {
+        /// End of the window, s.
+        time: f64,
+        /// Length of the window, s.
+        window: f64,
+        /// The verdict with its evidence.
+        verdict: Arc<Verdict>,
+    },
     /// How the run is doing.
     Health(Health),
     /// A few words on what is being seen now: Markdown that starts with a heading `## ...`.
@@ -280,7 +446,10 @@ impl Record {
     pub fn is_picture(&self) -> bool {
         matches!(
             self,
-            Self::Spectrum { .. } | Self::Recurrence { .. } | Self::Embedding { .. }
+            Self::Spectrum { .. }
+                | Self::Recurrence { .. }
+                | Self::Embedding { .. }
+                | Self::Delay { .. }
         )
     }
 }
@@ -290,7 +459,7 @@ impl Record {
 pub struct Health {
     /// Simulated time, s.
     pub time: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Accepted steps per simulated millisecond.
     pub steps_per_ms: f64,
@@ -317,7 +486,7 @@ pub struct Summary {
     pub simulated: f64,
     /// Wall time of the whole run, s.
     pub wall: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Lines of the last window's spectrum, strongest first.
     pub peaks: Vec<Peak>,

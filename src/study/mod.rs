@@ -1,5 +1,6 @@
 //! Many answers from one scene.
 
+pub mod signal;
 mod stability;
 
 pub use stability::{StabilityAt, StabilityMode, StudyError, stability};

@@ -15,18 +15,24 @@ const EDGES: &[(&str, &[&str])] = &[
         &["fem", "joint", "dynamics", "analysis", "scene"],
     ),
     ("export", &["joint", "pipeline"]),
-    ("record", &["pipeline", "scene", "export"]),
+    ("import", &["export"]),
+    (
+        "record",
+        &["analysis", "pipeline", "scene", "export", "import"],
+    ),
     (
         "study",
         &[
             "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "export",
+            "import",
         ],
     ),
+    ("figure", &["analysis", "study", "import"]),
     (
         "cli",
         &[
             "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "study",
-            "export",
+            "export", "import", "figure",
         ],
     ),
 ];
@@ -119,7 +125,9 @@ fn foreign_things_stay_in_their_room() {
         ("std::thread::", "pipeline"),
         ("crossbeam_channel::", "pipeline"),
         ("faer::", "fem joint"),
+        ("realfft::", "analysis"),
         ("rustfft::", "analysis"),
+        ("rayon::", "analysis"),
     ] {
         for file in rust_files(&source()) {
             let path = file.strip_prefix(source()).unwrap().to_path_buf();
