@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 use self::mask::{bit, ones, runs, word, word_after, word_before};
 use self::states::{Along, States, WORD};
-use super::{LineHistogram, RecurrenceCounts};
+use super::{LineHistogram, RecurrenceCounts, Threshold};
 use crate::analysis::{AnalysisError, Norm};
 
 /// The counts of the recurrence plot of a growing or sliding window, updated sample by sample.
@@ -85,7 +85,8 @@ impl RecurrenceWindow {
     ///
     /// # Errors
     /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::TooShort`] for
-    /// a length of zero.
+    /// a length of zero, [`AnalysisError::Threshold`] for an `epsilon` that is negative or not a
+    /// number.
     pub fn sliding(
         length: usize,
         lag: usize,
@@ -108,7 +109,8 @@ impl RecurrenceWindow {
     /// with the samples.
     ///
     /// # Errors
-    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero.
+    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::Threshold`] for
+    /// an `epsilon` that is negative or not a number.
     pub fn growing(
         lag: usize,
         dimension: usize,
@@ -130,6 +132,7 @@ impl RecurrenceWindow {
         if lag == 0 || dimension == 0 {
             return Err(AnalysisError::NoDelay { lag, dimension });
         }
+        Threshold::Distance(epsilon).check()?;
         Ok(Self {
             states: States::new(lag, dimension, norm, epsilon),
             length,

@@ -27,7 +27,7 @@ pub(super) struct States {
     lag: usize,
     dimension: usize,
     norm: Norm,
-    /// The largest that [`States::compare`] may come to for a recurrent pair.
+    /// The largest extent (see [`Norm`]) of a recurrent pair.
     limit: f64,
     /// Distances asked for so far.
     #[cfg(test)]
@@ -43,10 +43,7 @@ impl States {
             lag,
             dimension,
             norm,
-            limit: match norm {
-                Norm::Euclidean => epsilon * epsilon,
-                Norm::Maximum | Norm::Manhattan => epsilon,
-            },
+            limit: norm.extent_within(epsilon),
             #[cfg(test)]
             evaluations: std::cell::Cell::new(0),
         }
