@@ -397,7 +397,7 @@ fn recurrence_tells_lag_rate_and_diagonals() {
             assert_eq!((*size, *window), (400, 5e-3));
             assert!((lag - 60e-6).abs() < 1e-12);
             assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
-            assert!(*threshold > 0.0 && *threshold < 1e-6);
+            assert!(threshold.is_some_and(|t| t > 0.0 && t < 1e-6));
             let full =
                 |offset: usize| (0..400 - offset).all(|i| recurrent[i * 400 + i + offset] == 255);
             let empty =
@@ -424,7 +424,7 @@ fn a_distance_threshold_is_taken_as_it_is() {
         .iter()
         .filter_map(|r| {
             if let Record::Recurrence { threshold, .. } = r {
-                Some(*threshold)
+                *threshold
             } else {
                 None
             }
@@ -485,7 +485,7 @@ fn silence_gives_no_nan_and_says_so() {
                 distance,
                 ..
             } => {
-                assert_eq!((*rate, *threshold), (1.0, 0.0));
+                assert_eq!((*rate, *threshold), (1.0, Some(0.0)));
                 assert!(distance.iter().all(|&d| d == 0));
             }
             Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),

@@ -80,7 +80,10 @@ pub fn laboratory() -> AnalysisSpec {
             horizon: 1e-3,
             method: DivergenceMethod::Rosenstein,
         }),
-        regime: None,
+        regime: Some(RegimeSpec {
+            sliding: sliding(10e-3, 5e-3),
+            silence: 1e-12,
+        }),
         ..analyses()
     }
 }
