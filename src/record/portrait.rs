@@ -147,7 +147,7 @@ fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(),
 }
 
 /// Colour of piece `k` (1 oldest) of `count`.
-fn fade(k: usize, count: usize) -> Color {
+pub fn fade(k: usize, count: usize) -> Color {
     let age = k as f32 / count as f32;
     style::faded(style::SIGNAL, 0.18 + 0.82 * age.powi(2))
 }
@@ -178,10 +178,7 @@ impl Embedding {
     pub fn new(subject: &Subject) -> Self {
         let (middle, smallest) = match subject {
             Subject::Joint(_) => (0.0, SMALLEST[0]),
-            Subject::Signal(signal) => {
-                let [low, high] = signal.span;
-                (0.5 * (low + high), style::smallest_shown(signal.span))
-            }
+            Subject::Signal(signal) => style::range_shown(signal.span),
         };
         Self {
             quantity: Quantity::displacement(subject),

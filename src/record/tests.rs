@@ -10,11 +10,12 @@ use std::{
 };
 
 use rerun::{
+    RecordingStreamBuilder,
     external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg},
 };
 
-use super::{Output, RecordError, RerunSink, demo, paths};
+use super::{APPLICATION, Output, RecordError, RerunSink, blueprint, demo, encode::Encoder, paths};
 use crate::pipeline::{
     Delivery, Sink,
     message::{Health, Record},
@@ -325,11 +326,35 @@ fn hundred_milliseconds_stay_small() {
     assert!(size < 30_000_000, "{size} bytes");
 }
 
-/// Writes a longer made-up run for looking at: `SQUEAKSCOPE_DEMO=demo.rrd cargo test demo_file`.
+/// Writes longer made-up runs for looking at, one file a tab of the screen, into a folder:
+/// `SQUEAKSCOPE_DEMO=folder cargo test demo_files`.
 #[test]
-fn demo_file() {
-    if let Some(path) = std::env::var_os("SQUEAKSCOPE_DEMO") {
-        record(Path::new(&path), 0.3);
+fn demo_files() {
+    let Some(folder) = std::env::var_os("SQUEAKSCOPE_DEMO").map(PathBuf::from) else {
+        return;
+    };
+    for (name, tabs, records) in [
+        ("joint", 8, demo::records(0.3)),
+        ("signal", 5, demo::signal_records(0.3)),
+    ] {
+        for tab in 0..tabs {
+            let rec = RecordingStreamBuilder::new(APPLICATION)
+                .save(folder.join(format!("{name}_{tab}.rrd")))
+                .unwrap();
+            rec.set_log_tick_enabled(false);
+            rec.set_log_time_enabled(false);
+            let mut encoder = None;
+            for record in &records {
+                if let Record::Header(header) = record {
+                    blueprint::send_turned(&rec, header, demo::spec(), tab).unwrap();
+                    let made = Encoder::new(&rec, Arc::clone(header), demo::spec());
+                    encoder = Some(made.unwrap());
+                }
+                encoder.as_mut().unwrap().accept(&rec, record).unwrap();
+            }
+            encoder.unwrap().finish(&rec).unwrap();
+            rec.flush_blocking().unwrap();
+        }
     }
 }
 

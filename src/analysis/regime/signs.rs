@@ -231,7 +231,11 @@ fn in_step(f1: f64, f2: f64, uncertainty: f64) -> Option<(u32, u32)> {
 fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
     let n = samples.len();
     let largest = (n / 25).clamp(1, LARGEST_LAG);
-    let mutual = mutual_information(samples, largest, crate::analysis::DelaySearch::for_samples(n).bins)?;
+    let mutual = mutual_information(
+        samples,
+        largest,
+        crate::analysis::DelaySearch::for_samples(n).bins,
+    )?;
     let minimum = mutual.first_clear_minimum();
     let lag = minimum.or_else(|| mutual.first_below((-1.0_f64).exp()));
     Ok(lag.unwrap_or(largest).max(1))
@@ -290,7 +294,9 @@ fn predictability(centred: &[f64], lag: usize, power: f64) -> Result<[f64; 3], A
     products += SMatrix::identity() * ridge;
     let map = products.cholesky().map(|factors| factors.solve(&target));
     let map = map.unwrap_or_default();
-    let missed = (0..rows).map(row).map(|(state, next)| (next - state.dot(&map)).powi(2));
+    let missed = (0..rows)
+        .map(row)
+        .map(|(state, next)| (next - state.dot(&map)).powi(2));
     let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
     Ok([relative(near), linear, relative(far)])
 }

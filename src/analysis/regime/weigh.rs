@@ -260,7 +260,9 @@ fn section(signs: &Signs) -> Option<Evidence> {
 
 /// How well is it foretold?
 fn prediction(signs: &Signs) -> [Evidence; 3] {
-    let Signs { near, far, linear, .. } = *signs;
+    let Signs {
+        near, far, linear, ..
+    } = *signs;
     let (growth, ratio) = (signs.growth(), signs.against_linear());
     [
         Evidence {
@@ -321,8 +323,7 @@ fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
         what: "exponent",
         value: rate,
         says: &[Chaotic],
-        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs()))
-            * BENT.at(signs.against_linear()),
+        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs())) * BENT.at(signs.against_linear()),
         words: format!("Neighbours part by exp({rate:.2} +- {error:.2}) a turn."),
     });
     drift.into_iter().chain(exponent).collect()
