@@ -23,4 +23,24 @@ pub enum AnalysisError {
         /// Embedding dimension.
         dimension: usize,
     },
+    /// A plane needs a normal.
+    #[error("section: the normal of the plane is zero throughout; give it a direction")]
+    NoPlane,
+    /// A section of a delay trajectory has its level in the second coordinate.
+    #[error("delay section: a dimension of {dimension} has no second coordinate; give at least 2")]
+    FlatSection {
+        /// Embedding dimension.
+        dimension: usize,
+    },
+    /// Channels and what is to be done with them do not fit.
+    #[error("section: {have} channels given, {need} needed, one for each component of the normal")]
+    ChannelCount {
+        /// Channels given.
+        have: usize,
+        /// Channels needed.
+        need: usize,
+    },
+    /// Channels of one trajectory are sampled together.
+    #[error("section: the channels differ in length; cut them to the same instants")]
+    UnevenChannels,
 }

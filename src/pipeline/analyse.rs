@@ -59,7 +59,11 @@ impl Analyser {
         Self {
             clock: Clock::new(rate),
             spectrum: spec.spectrum.map(|s| SpectrumStage::new(&s, rate)),
-            narration: spec.spectrum.map(|s| NarrationStage::new(s.every, header)),
+            // The words are of a joint that slides.
+            narration: spec
+                .spectrum
+                .zip(header.joint())
+                .map(|(s, joint)| NarrationStage::new(s.every, rate, joint)),
             spectrogram: spec.spectrogram.map(|s| SpectrogramStage::new(&s, rate)),
             recurrence: spec.recurrence.map(|s| RecurrenceStage::new(&s, rate)),
             closing: ClosingStage::new(spec.spectrum.as_ref(), rate),

@@ -151,22 +151,85 @@ pub struct Outline {
 /// What is known before the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
-    /// Name of the scene.
+    /// Name of the scene, or of the file.
     pub scene: String,
     /// One line that says what the scene shows.
     pub title: String,
     /// A few sentences (Markdown): what to look for.
     pub about: String,
-    /// The whole scene file's text.
+    /// The whole scene file's text; empty where there is no scene.
     pub scene_text: String,
     /// How the program was started.
     pub command: String,
-    /// The modes, in the order of the modal coordinates.
-    pub modes: Vec<ModeInfo>,
     /// Samples a second, Hz.
     pub sample_rate: f64,
-    /// Simulated time planned, s.
+    /// Time planned, s: simulated time, or the length of the signal.
     pub duration: f64,
+    /// The analyses whose records will come.
+    pub analyses: Vec<AnalysisKind>,
+    /// Where the samples come from.
+    pub subject: Subject,
+}
+
+impl Header {
+    /// The joint, if that is the subject.
+    pub fn joint(&self) -> Option<&JointInfo> {
+        match &self.subject {
+            Subject::Joint(joint) => Some(joint),
+            Subject::Signal(_) => None,
+        }
+    }
+
+    /// Whether records of this analysis will come.
+    pub fn has(&self, analysis: AnalysisKind) -> bool {
+        self.analyses.contains(&analysis)
+    }
+
+    /// Time of the first sample, s.
+    pub fn start(&self) -> f64 {
+        match &self.subject {
+            Subject::Joint(_) => 0.0,
+            Subject::Signal(signal) => signal.start,
+        }
+    }
+}
+
+/// An analysis of a run, by the records that it makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AnalysisKind {
+    /// [`Record::Spectrum`].
+    Spectrum,
+    /// [`Record::SpectrogramColumn`].
+    Spectrogram,
+    /// [`Record::Recurrence`] and [`Record::Embedding`].
+    Recurrence,
+    /// [`Record::Delay`].
+    Delay,
+    /// [`Record::Quantification`].
+    Quantification,
+    /// [`Record::Section`].
+    Section,
+    /// [`Record::Chaos`].
+    Chaos,
+    /// [`Record::Regime`].
+    Regime,
+}
+
+/// Where the samples come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Subject {
+    /// A simulated joint. Samples are the displacement (m) and velocity (m/s) of the probe.
+    Joint(JointInfo),
+    /// A signal from a file. Displacement and velocity are both the signal in its own unit, and
+    /// where a record says m or m/s that unit is meant.
+    Signal(SignalInfo),
+}
+
+/// The joint of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointInfo {
+    /// The modes, in the order of the modal coordinates.
+    pub modes: Vec<ModeInfo>,
     /// The smallest tilt that the scene plans, rad.
     pub min_tilt: f64,
     /// The largest tilt that the scene plans to reach, rad.
@@ -185,6 +248,23 @@ pub struct Header {
     pub patch_radius: f64,
     /// Slip speed at the central contact point in steady sliding, m/s.
     pub sliding_speed: f64,
+}
+
+/// A signal that somebody else made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalInfo {
+    /// Where it was read from, such as a file's name.
+    pub source: String,
+    /// Name of the column or channel; empty if the source has only one without a name.
+    pub column: String,
+    /// Unit of the samples; empty if unknown.
+    pub unit: String,
+    /// Time of the first sample, s.
+    pub start: f64,
+    /// Smallest and largest sample.
+    pub span: [f64; 2],
+    /// Highest frequency worth showing, Hz.
+    pub highest_frequency: f64,
 }
 
 /// A line of a spectrum.
@@ -231,7 +311,8 @@ pub enum Record {
         time: f64,
         /// Spacing of the bins, Hz; the first bin is 0 Hz.
         bin: f64,
-        /// Level of each bin, dB relative to 1 mm/s amplitude.
+        /// Level of each bin, dB relative to an amplitude of 1 mm/s (of a signal from a file:
+        /// of a thousandth of its unit).
         level_db: Vec<f32>,
     },
     /// Recurrence plot, Eq. (26), of the delay vectors, Eq. (25), in a sliding window.

@@ -9,7 +9,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
 use super::message::{
-    EnergySample, Frame, Header, ModeInfo, NodeState, Outline, PatchGeometry, PatchSnapshot,
+    AnalysisKind, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline,
+    PatchGeometry, PatchSnapshot, Subject,
 };
 use crate::dynamics::{Accuracy, Integrator, Method, System};
 use crate::joint::{BallJoint, Joint, Model};
@@ -102,15 +103,25 @@ impl Simulation {
     /// What is known before the first frame.
     pub fn header(&self, command: &str) -> Header {
         let scene = &self.scene;
-        let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
-        let modes = self.ball.body().modes();
-        let velocity = self.ball.sliding_velocity(self.tilt);
         Header {
             scene: scene.name.clone(),
             title: scene.title.clone(),
             about: scene.about.clone(),
             scene_text: scene.text.clone(),
             command: command.to_owned(),
+            sample_rate: scene.sample_rate,
+            duration: scene.duration,
+            analyses: analyses(&scene.analysis),
+            subject: Subject::Joint(self.joint_info()),
+        }
+    }
+
+    fn joint_info(&self) -> JointInfo {
+        let scene = &self.scene;
+        let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
+        let modes = self.ball.body().modes();
+        let velocity = self.ball.sliding_velocity(self.tilt);
+        JointInfo {
             modes: modes
                 .iter()
                 .zip(self.ball.frequencies_hz())
@@ -119,8 +130,6 @@ impl Simulation {
                     frequency_hz,
                 })
                 .collect(),
-            sample_rate: scene.sample_rate,
-            duration: scene.duration,
             min_tilt: scene.tilt.min(),
             max_tilt: scene.tilt.max(),
             azimuth: scene.joint.azimuth,
@@ -242,6 +251,17 @@ impl Simulation {
             modal: energy.modal,
         }
     }
+}
+
+/// The analyses that are switched on.
+fn analyses(spec: &scene::AnalysisSpec) -> Vec<AnalysisKind> {
+    let kinds = [
+        (AnalysisKind::Spectrum, spec.spectrum.is_some()),
+        (AnalysisKind::Spectrogram, spec.spectrogram.is_some()),
+        (AnalysisKind::Recurrence, spec.recurrence.is_some()),
+    ];
+    let on = kinds.into_iter().filter(|(_, on)| *on);
+    on.map(|(kind, _)| kind).collect()
 }
 
 /// The initial `[q | dq/dt]`: at the equilibrium, with a seeded Gaussian kick of the velocities.

@@ -31,7 +31,10 @@ use super::{
     error::RecordError, patch, paths, plot::Bounds, portrait::Portrait, recurrence::Recurrence,
     samples, sink::APPLICATION, spectrum, stream, style, vantage::Vantage,
 };
-use crate::{pipeline::message::Header, scene::RecordSpec};
+use crate::{
+    pipeline::message::{Header, JointInfo, SignalInfo, Subject},
+    scene::RecordSpec,
+};
 
 /// Simulated time that the time series show, s: some twenty periods of a 4 kHz squeak.
 const SERIES_WINDOW: f64 = 5e-3;
@@ -43,13 +46,16 @@ const PLAYBACK_SPEED: f64 = 0.01;
 /// Sends the layout for a run.
 pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<(), RecordError> {
     let mut layout = Layout::default();
-    let tabs = [
-        layout.squeak_tab(header, spec),
-        layout.contact_tab(header, spec),
-        layout.modes_tab(),
-        layout.health_tab(),
-        layout.about_tab(),
-    ];
+    let tabs = match &header.subject {
+        Subject::Joint(joint) => vec![
+            layout.squeak_tab(header, joint, spec),
+            layout.contact_tab(joint, spec),
+            layout.modes_tab(),
+            layout.health_tab(),
+            layout.about_tab(),
+        ],
+        Subject::Signal(signal) => vec![layout.signal_tab(header, signal), layout.about_tab()],
+    };
     let blueprint = Blueprint::new(Tabs::new(tabs))
         .with_auto_layout(false)
         .with_auto_views(false)
@@ -83,10 +89,15 @@ impl Layout {
         }
     }
 
-    fn squeak_tab(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
+    fn squeak_tab(
+        &mut self,
+        header: &Header,
+        joint: &JointInfo,
+        spec: RecordSpec,
+    ) -> ContainerLike {
         let words = self.text("What you see", paths::NARRATION);
-        let body = self.body(header, spec);
-        let patch = self.patch(header);
+        let body = self.body(joint, spec);
+        let patch = self.patch(joint);
         let portrait = self.picture(
             "Phase portrait of the contact's centre",
             paths::PORTRAIT,
@@ -100,12 +111,12 @@ impl Layout {
         let spectrogram = self.picture(
             "Spectrogram of the velocity",
             paths::SPECTROGRAM,
-            spectrum::spectrogram_plot(header).bounds(),
+            spectrum::spectrogram_plot(header).plot.bounds(),
         );
         let spectrum = self.picture(
             "Spectrum of the velocity (lines in kHz)",
             paths::SPECTRUM,
-            spectrum::spectrum_plot(header).bounds(),
+            spectrum::spectrum_plot(header).plot.bounds(),
         );
         let displacement = self.series(
             "Displacement u, µm (last 5 ms)",
@@ -118,7 +129,7 @@ impl Layout {
             Some(SERIES_WINDOW),
         );
         let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        let [lowest, highest] = [header.min_tilt, header.max_tilt].map(|t| 1.15 * t.to_degrees());
+        let [lowest, highest] = [joint.min_tilt, joint.max_tilt].map(|t| 1.15 * t.to_degrees());
         self.range(
             &tilt,
             lowest.min(0.0),
@@ -126,8 +137,8 @@ impl Layout {
         );
         // Squeak grows until the slip just about reverses: its velocity is of the order of the
         // sliding speed, its displacement no more than that of the lowest mode so excited.
-        let speed = header.sliding_speed;
-        if let Some(lowest) = header.modes.first() {
+        let speed = joint.sliding_speed;
+        if let Some(lowest) = joint.modes.first() {
             let largest = speed / (std::f64::consts::TAU * lowest.frequency_hz);
             self.range(&displacement, -1e6 * largest, 1e6 * largest);
         }
@@ -147,8 +158,39 @@ impl Layout {
             .into()
     }
 
-    fn contact_tab(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
-        let patch = self.patch(header);
+    /// A signal from a file: what it looks like, and how it sounds.
+    fn signal_tab(&mut self, header: &Header, signal: &SignalInfo) -> ContainerLike {
+        let words = self.text("What you see", paths::NARRATION);
+        let name = style::with_unit(style::signal_name(signal), &signal.unit);
+        let waveform = self.series(&name, paths::WAVEFORM, None);
+        let embedding = self.embedding();
+        let recurrence = self.picture(
+            "Recurrence plot: bright = same again",
+            paths::RECURRENCE,
+            Recurrence::bounds(),
+        );
+        let spectrogram = self.picture(
+            "Spectrogram",
+            paths::SPECTROGRAM,
+            spectrum::spectrogram_plot(header).plot.bounds(),
+        );
+        let spectrum = self.picture(
+            "Spectrum",
+            paths::SPECTRUM,
+            spectrum::spectrum_plot(header).plot.bounds(),
+        );
+        let top = Horizontal::new([embedding, recurrence]);
+        let middle = Horizontal::new([spectrogram, spectrum]).with_column_shares(vec![1.62, 1.0]);
+        let right = Vertical::new([top.into(), middle.into(), waveform])
+            .with_row_shares(vec![0.44, 0.35, 0.21]);
+        Horizontal::new([words, right.into()])
+            .with_column_shares(vec![0.25, 0.75])
+            .with_name("Signal")
+            .into()
+    }
+
+    fn contact_tab(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
+        let patch = self.patch(joint);
         let rate = style::short(1e-3 * spec.patch_rate);
         let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
         let counts = self.series(
@@ -165,7 +207,7 @@ impl Layout {
             paths::CONTACT_FORCE,
             window,
         );
-        self.range(&force, 0.0, 1.6 * header.load);
+        self.range(&force, 0.0, 1.6 * joint.load);
         let embedding = self.embedding();
         let left = Vertical::new([patch, embedding]);
         let right = Vertical::new([counts, force]);
@@ -287,7 +329,7 @@ impl Layout {
     }
 
     /// Ball and beam from the side, a little from above.
-    fn body(&mut self, header: &Header, spec: RecordSpec) -> ContainerLike {
+    fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
         let name = format!(
             "Ball and beam, motion drawn {} times larger",
             style::short(spec.exaggeration)
@@ -305,9 +347,9 @@ impl Layout {
                 .map(|path| format!("+ /{path}")),
             )
             .into();
-        let vertices = &header.outline.vertices;
+        let vertices = &joint.outline.vertices;
         let lowest = vertices.iter().map(|v| v[2]).fold(-0.2, f64::min);
-        let highest = 3.3 * header.ball_radius;
+        let highest = 3.3 * joint.ball_radius;
         let middle = 1e3 * 0.5 * (lowest + highest);
         let distance = 1e3 * 1.12 * (highest - lowest);
         let eye = [0.80, -0.55, 0.22].map(|c: f64| c * distance);
@@ -321,10 +363,10 @@ impl Layout {
     }
 
     /// The ball from above, near enough to see the patch at every tilt of the run.
-    fn patch(&mut self, header: &Header) -> ContainerLike {
+    fn patch(&mut self, joint: &JointInfo) -> ContainerLike {
         let name = format!(
             "Contact patch; circles {}° apart",
-            style::short(patch::circle_step(header)),
+            style::short(patch::circle_step(joint)),
         );
         let view: ContainerLike = Spatial3DView::new(name)
             .with_origin(paths::SCENE_3D)
@@ -341,7 +383,7 @@ impl Layout {
                 .map(|path| format!("+ /{path}")),
             )
             .into();
-        let vantage = Vantage::new(header);
+        let vantage = Vantage::new(joint);
         // A little from below, and aimed below the middle to make room for the key.
         let target = vantage.point([0.0, -0.12, 0.0]);
         let from = vantage.point([0.0, -0.6, 2.55]);

@@ -1,16 +1,14 @@
 //! The deforming body: the surface of ball and beam, each vertex moved by the exaggerated sum
 //! of mode shapes and coloured by how far it has really moved.
 
-use std::sync::Arc;
-
 use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius, RecordingStream};
 
 use super::{
     error::RecordError,
     paths, stream,
-    style::{self, ColorMap, FullScale, Unit},
+    style::{self, ColorMap, FullScale, Quantity},
 };
-use crate::pipeline::message::{Frame, Header, Outline};
+use crate::pipeline::message::{Frame, JointInfo, Outline};
 
 /// Vertices sent in one go, over all pictures of the batch.
 const BATCH_VERTICES: usize = 40_000;
@@ -20,7 +18,8 @@ const SMALLEST: f64 = 1e-9;
 /// Everything about the body.
 #[derive(Debug)]
 pub struct Body {
-    header: Arc<Header>,
+    /// Vertices at rest, from the ball's centre, m.
+    rest: Vec<[f64; 3]>,
     exaggeration: f64,
     /// Time between pictures, s; and the time of the next.
     every: f64,
@@ -43,26 +42,26 @@ impl Body {
     /// Draws what never changes. `rate` is pictures a simulated second.
     pub fn new(
         rec: &RecordingStream,
-        header: &Arc<Header>,
+        joint: &JointInfo,
         rate: f64,
         exaggeration: f64,
     ) -> Result<Self, RecordError> {
-        let outline = &header.outline;
+        let outline = &joint.outline;
         rec.log_static(
             paths::BODY,
             &Mesh3D::update_fields()
                 .with_triangle_indices(outline.triangles.iter().copied())
                 .with_vertex_normals(vertex_normals(outline)),
         )?;
-        draw_rotation(rec, header)?;
+        draw_rotation(rec, joint)?;
         Ok(Self {
-            header: Arc::clone(header),
+            rest: outline.vertices.clone(),
             exaggeration,
             every: 1.0 / rate,
             next: 0.0,
             scale: FullScale::new(SMALLEST),
             map: ColorMap::steel(),
-            shapes: by_mode(outline, header.modes.len()),
+            shapes: by_mode(outline, joint.modes.len()),
             moved: vec![0.0; 3 * outline.vertices.len()],
             times: Vec::new(),
             positions: Vec::new(),
@@ -73,8 +72,7 @@ impl Body {
 
     /// Takes a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
-        let outline = &self.header.outline;
-        if outline.vertices.is_empty() {
+        if self.rest.is_empty() {
             return Ok(());
         }
         let rows = frame.q.chunks_exact(frame.modes);
@@ -90,7 +88,7 @@ impl Body {
             displace(&self.shapes, q, &mut self.moved);
             let full = self.scale.get() as f32;
             let mut peak = 0.0f32;
-            for (rest, moved) in outline.vertices.iter().zip(self.moved.chunks_exact(3)) {
+            for (rest, moved) in self.rest.iter().zip(self.moved.chunks_exact(3)) {
                 let size = moved.iter().map(|c| c * c).sum::<f32>().sqrt();
                 peak = peak.max(size);
                 self.positions.push(std::array::from_fn(|i| {
@@ -123,7 +121,7 @@ impl Body {
         if self.times.is_empty() {
             return Ok(());
         }
-        let vertices = self.header.outline.vertices.len();
+        let vertices = self.rest.len();
         let columns = Mesh3D::update_fields()
             .with_vertex_positions(self.positions.drain(..))
             .with_vertex_colors(self.colors.drain(..))
@@ -135,15 +133,9 @@ impl Body {
 
     /// Says beside the beam what the brightest colour stands for.
     fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
-        let vertices = &self.header.outline.vertices;
-        let lowest = vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
+        let lowest = self.rest.iter().map(|v| v[2]).fold(0.0, f64::min);
         let full = self.scale.get();
-        let unit = Unit::length(full);
-        let words = format!(
-            "grey still, yellow moves {} {}",
-            style::short(unit.per_si * full),
-            unit.symbol,
-        );
+        let words = format!("grey still, yellow moves {}", Quantity::Length.words(full));
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])
             .with_colors([style::AXIS])
@@ -195,13 +187,13 @@ fn vertex_normals(outline: &Outline) -> Vec<[f32; 3]> {
 }
 
 /// The axis that the ball turns about.
-fn draw_rotation(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let speed = header.rotation.iter().map(|c| c * c).sum::<f64>().sqrt();
+fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+    let speed = joint.rotation.iter().map(|c| c * c).sum::<f64>().sqrt();
     if speed == 0.0 {
         return Ok(());
     }
-    let reach = 1e3 * 1.9 * header.ball_radius / speed;
-    let along = header.rotation.map(|c| (reach * c) as f32);
+    let reach = 1e3 * 1.9 * joint.ball_radius / speed;
+    let along = joint.rotation.map(|c| (reach * c) as f32);
     let arrow = Arrows3D::from_vectors([along.map(|c| 2.0 * c)])
         .with_origins([along.map(|c| -c)])
         .with_colors([style::ROTATION])

@@ -6,8 +6,8 @@ use std::{f64::consts::TAU, sync::Arc};
 use crate::{
     dynamics::Tally,
     pipeline::message::{
-        EnergySample, Frame, Header, Health, ModeInfo, NodeState, Outline, PatchGeometry,
-        PatchSnapshot, Peak, Record, Summary,
+        AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
+        PatchGeometry, PatchSnapshot, Peak, Record, Subject, Summary,
     },
     scene::RecordSpec,
 };
@@ -52,12 +52,13 @@ pub fn spec() -> RecordSpec {
 /// The records of a run of `duration` s, in order.
 pub fn records(duration: f64) -> Vec<Record> {
     let header = Arc::new(header(duration));
+    let joint = joint();
     let signal = Signal::new(duration);
     let frames = (duration * SAMPLE_RATE / FRAME as f64).round() as usize;
-    let mut records = vec![Record::Header(Arc::clone(&header))];
+    let mut records = vec![Record::Header(header)];
     let mut due = Due::default();
     for index in 0..frames {
-        let frame = signal.frame(index, &header);
+        let frame = signal.frame(index, &joint);
         let now = frame.end();
         records.push(Record::Samples(Arc::new(frame)));
         while due.column + 1e-3 <= now {
@@ -121,6 +122,11 @@ pub fn samples(duration: f64) -> usize {
     (duration * SAMPLE_RATE / FRAME as f64).round() as usize * FRAME
 }
 
+/// The displacement of all [`samples`], m.
+pub fn displacement(duration: f64) -> Vec<f64> {
+    Signal::new(duration).displacement
+}
+
 /// When the next picture of a kind is due, s.
 #[derive(Default)]
 struct Due {
@@ -139,6 +145,20 @@ pub fn header(duration: f64) -> Header {
             .to_owned(),
         scene_text: "title = \"demo\"\ntilt_deg = [[0, 0], [100, 6]]".to_owned(),
         command: "squeakscope run demo".to_owned(),
+        sample_rate: SAMPLE_RATE,
+        duration,
+        analyses: vec![
+            AnalysisKind::Spectrum,
+            AnalysisKind::Spectrogram,
+            AnalysisKind::Recurrence,
+        ],
+        subject: Subject::Joint(joint()),
+    }
+}
+
+/// The joint that is said to have made the samples.
+pub fn joint() -> JointInfo {
+    JointInfo {
         modes: MODES
             .iter()
             .map(|&(label, frequency_hz)| ModeInfo {
@@ -146,8 +166,6 @@ pub fn header(duration: f64) -> Header {
                 frequency_hz,
             })
             .collect(),
-        sample_rate: SAMPLE_RATE,
-        duration,
         min_tilt: 0.0,
         max_tilt: 6f64.to_radians(),
         azimuth: 0.0,
@@ -264,12 +282,12 @@ impl Signal {
         signal
     }
 
-    fn frame(&self, index: usize, header: &Header) -> Frame {
+    fn frame(&self, index: usize, joint: &JointInfo) -> Frame {
         let first = index * FRAME;
         let range = first..first + FRAME;
         let dt = 1.0 / SAMPLE_RATE;
         let t0 = first as f64 * dt;
-        let tilt = header.max_tilt * t0 / self.duration;
+        let tilt = joint.max_tilt * t0 / self.duration;
         let geometry = Arc::new(geometry(tilt));
         let amplitude = |k: usize| 0.4e-6 * (self.displacement[k].abs() / 0.65e-6).min(1.0);
         let share = |mode: usize| 1.0 / (1.0 + (mode as f64 - 2.0).abs());

@@ -9,15 +9,14 @@ use super::{
     error::RecordError,
     patch::Patch,
     paths,
-    plot::Plot,
     portrait::{self, Embedding, Portrait},
     recurrence::{Picture, Recurrence},
-    samples::{self, Samples},
-    spectrum::{self, Spectrogram},
+    samples::{self, Samples, Waveform},
+    spectrum::{self, Spectrogram, SpectrumPlot},
     text,
 };
 use crate::{
-    pipeline::message::{Header, Record},
+    pipeline::message::{Frame, Header, Record, Subject},
     scene::RecordSpec,
 };
 
@@ -25,14 +24,76 @@ use crate::{
 #[derive(Debug)]
 pub struct Encoder {
     header: Arc<Header>,
-    samples: Samples,
-    patch: Patch,
-    body: Body,
-    portrait: Portrait,
+    frames: Frames,
     embedding: Embedding,
-    spectrum: Plot,
+    spectrum: SpectrumPlot,
     spectrogram: Spectrogram,
     recurrence: Recurrence,
+}
+
+/// What frames of samples draw.
+#[derive(Debug)]
+enum Frames {
+    /// Those of a joint.
+    Joint {
+        samples: Samples,
+        patch: Box<Patch>,
+        body: Box<Body>,
+        portrait: Portrait,
+    },
+    /// Those of a signal from a file.
+    Signal(Waveform),
+}
+
+impl Frames {
+    fn new(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<Self, RecordError> {
+        match &header.subject {
+            Subject::Joint(joint) => {
+                samples::name_health(rec)?;
+                portrait::style_point(rec)?;
+                Ok(Self::Joint {
+                    samples: Samples::new(rec, joint)?,
+                    patch: Box::new(Patch::new(rec, joint)?),
+                    body: Box::new(Body::new(rec, joint, spec.body_rate, spec.exaggeration)?),
+                    portrait: Portrait::new(),
+                })
+            }
+            Subject::Signal(signal) => Ok(Self::Signal(Waveform::new(rec, signal)?)),
+        }
+    }
+
+    fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        match self {
+            Self::Joint {
+                samples,
+                patch,
+                body,
+                portrait,
+            } => {
+                samples.push(rec, frame)?;
+                patch.push(rec, frame)?;
+                body.push(rec, frame)?;
+                portrait.push(rec, frame)
+            }
+            Self::Signal(waveform) => waveform.push(rec, frame),
+        }
+    }
+
+    fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        match self {
+            Self::Joint {
+                samples,
+                patch,
+                body,
+                ..
+            } => {
+                samples.finish(rec)?;
+                patch.finish(rec)?;
+                body.finish(rec)
+            }
+            Self::Signal(waveform) => waveform.finish(rec),
+        }
+    }
 }
 
 impl Encoder {
@@ -44,19 +105,14 @@ impl Encoder {
     ) -> Result<Self, RecordError> {
         text::send_properties(rec, &header)?;
         text::log_about(rec, &header)?;
-        samples::name_health(rec)?;
-        portrait::style_point(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
-        spectrum.draw(rec, paths::SPECTRUM_AXES, None)?;
+        spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
         Ok(Self {
-            samples: Samples::new(rec, &header)?,
-            patch: Patch::new(rec, &header)?,
-            body: Body::new(rec, &header, spec.body_rate, spec.exaggeration)?,
-            portrait: Portrait::new(),
-            embedding: Embedding::new(),
+            frames: Frames::new(rec, &header, spec)?,
+            embedding: Embedding::new(&header.subject),
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(rec)?,
+            recurrence: Recurrence::new(rec, &header.subject)?,
             header,
         })
     }
@@ -66,12 +122,7 @@ impl Encoder {
         match record {
             // The header made this encoder; a second one would say the same.
             Record::Header(_) => Ok(()),
-            Record::Samples(frame) => {
-                self.samples.push(rec, frame)?;
-                self.patch.push(rec, frame)?;
-                self.body.push(rec, frame)?;
-                self.portrait.push(rec, frame)
-            }
+            Record::Samples(frame) => self.frames.push(rec, frame),
             Record::Spectrum {
                 time,
                 bin,
@@ -113,7 +164,11 @@ impl Encoder {
             | Record::Section { .. }
             | Record::Chaos { .. }
             | Record::Regime { .. } => Ok(()),
-            Record::Health(health) => samples::log_health(rec, health),
+            // Playing a file back is no simulation whose health could matter.
+            Record::Health(health) => match self.frames {
+                Frames::Joint { .. } => samples::log_health(rec, health),
+                Frames::Signal(_) => Ok(()),
+            },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
             Record::Warning { time, text } => text::warn(rec, *time, text),
             Record::Summary(summary) => text::summarise(rec, summary),
@@ -122,9 +177,7 @@ impl Encoder {
 
     /// Sends all that waits for a fuller batch.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.samples.finish(rec)?;
-        self.patch.finish(rec)?;
-        self.body.finish(rec)?;
+        self.frames.finish(rec)?;
         self.spectrogram.finish(rec)
     }
 }

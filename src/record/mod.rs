@@ -38,6 +38,7 @@ mod patch;
 pub mod paths;
 mod plot;
 mod portrait;
+mod read;
 mod recurrence;
 mod samples;
 mod sink;
@@ -53,6 +54,7 @@ mod demo;
 mod tests;
 
 pub use error::RecordError;
+pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
 /// The version of Rerun that recordings are written with; a viewer of this version opens them.

@@ -16,7 +16,7 @@ use super::{
     style::{self, short},
     vantage::Vantage,
 };
-use crate::pipeline::message::{Frame, Header, NodeState, PatchGeometry, PatchSnapshot};
+use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
 
 /// Nodes sent in one go, over all snapshots of the batch.
 const BATCH_NODES: usize = 32_000;
@@ -51,7 +51,7 @@ pub struct Patch {
 
 impl Patch {
     /// Draws what never changes and starts empty.
-    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
+    pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
         let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
         name_series(
             rec,
@@ -65,13 +65,13 @@ impl Patch {
             ["normal force, N", "friction, N"].map(str::to_owned),
             [style::LOAD, style::FRICTION],
         )?;
-        draw_circles(rec, header)?;
-        draw_pole(rec, header)?;
+        draw_circles(rec, joint)?;
+        draw_pole(rec, joint)?;
         Ok(Self {
             geometry: Arc::default(),
-            load: header.load,
-            ball_radius: header.ball_radius,
-            vantage: Vantage::new(header),
+            load: joint.load,
+            ball_radius: joint.ball_radius,
+            vantage: Vantage::new(joint),
             times: Vec::new(),
             lengths: Vec::new(),
             colors: Vec::new(),
@@ -245,30 +245,22 @@ impl Patch {
 }
 
 /// Degrees between circles of equal tilt.
-pub fn circle_step(header: &Header) -> f64 {
-    if largest_tilt(header) > 12.0 {
-        5.0
-    } else {
-        2.0
-    }
+pub fn circle_step(joint: &JointInfo) -> f64 {
+    if largest_tilt(joint) > 12.0 { 5.0 } else { 2.0 }
 }
 
 /// The largest tilt to either side, degrees.
-fn largest_tilt(header: &Header) -> f64 {
-    header
-        .max_tilt
-        .abs()
-        .max(header.min_tilt.abs())
-        .to_degrees()
+fn largest_tilt(joint: &JointInfo) -> f64 {
+    joint.max_tilt.abs().max(joint.min_tilt.abs()).to_degrees()
 }
 
 /// Circles on the ball at whole degrees from the beam's axis: a ruler for the tilt.
-fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let step = circle_step(header);
-    let count = (largest_tilt(header) / step - 1e-9).ceil().max(1.0) as u32;
+fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+    let step = circle_step(joint);
+    let count = (largest_tilt(joint) / step - 1e-9).ceil().max(1.0) as u32;
     let strips = (1..=count).map(|k| {
         let angle = (f64::from(k) * step).to_radians();
-        circle([0.0, 0.0, 1.0], SUNK * header.ball_radius, angle)
+        circle([0.0, 0.0, 1.0], SUNK * joint.ball_radius, angle)
     });
     let lines = LineStrips3D::new(strips)
         .with_colors([style::RULER])
@@ -277,8 +269,8 @@ fn draw_circles(rec: &RecordingStream, header: &Header) -> Result<(), RecordErro
 }
 
 /// Where the beam's axis leaves the ball: tilt zero.
-fn draw_pole(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let height = 1e3 * RAISED * header.ball_radius;
+fn draw_pole(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+    let height = 1e3 * RAISED * joint.ball_radius;
     let pole = Points3D::new([[0.0, 0.0, height as f32]])
         .with_labels(["beam axis"])
         .with_show_labels(true)

@@ -17,6 +17,8 @@ pub const LOG: &str = "log";
 pub const DISPLACEMENT: &str = "probe/displacement";
 /// Velocity of the probe, mm/s.
 pub const VELOCITY: &str = "probe/velocity";
+/// Samples of a signal from a file, in its own unit.
+pub const WAVEFORM: &str = "signal";
 /// Tilt of the load, degrees.
 pub const TILT: &str = "tilt";
 

@@ -9,9 +9,9 @@ use super::{
     paths,
     plot::{Axis, Plot},
     stream,
-    style::{self, FullScale, Unit, short},
+    style::{self, FullScale, Quantity, Unit, short},
 };
-use crate::pipeline::message::Frame;
+use crate::pipeline::message::{Frame, Subject};
 
 /// Length of the trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
 /// tones a quarter of a kHz apart, so that a torus has closed before it fades.
@@ -46,8 +46,11 @@ impl Portrait {
 
     /// The plot with given full scales (m and m/s).
     fn plot(scales: [f64; 2]) -> Field {
-        let units = [Unit::length(scales[0]), Unit::speed(scales[1])];
-        let axis = |name: &str, full: f64, unit: Unit| {
+        let units = [
+            Quantity::Length.unit(scales[0]),
+            Quantity::Speed.unit(scales[1]),
+        ];
+        let axis = |name: &str, full: f64, unit: &Unit| {
             let full = unit.per_si * full;
             Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
         };
@@ -55,8 +58,8 @@ impl Portrait {
             width: SIDE,
             height: SIDE,
             head: 0.0,
-            x: axis("displacement u", scales[0], units[0]),
-            y: axis("velocity v", scales[1], units[1]),
+            x: axis("displacement u", scales[0], &units[0]),
+            y: axis("velocity v", scales[1], &units[1]),
             grid: true,
         };
         Field { plot, units }
@@ -124,7 +127,7 @@ struct Field {
 impl Field {
     /// The picture position of a displacement (m) and a velocity (m/s).
     fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
-        let [length, speed] = self.units;
+        let [length, speed] = &self.units;
         self.plot.at(length.per_si * u, speed.per_si * v)
     }
 }
@@ -161,15 +164,30 @@ pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
 /// The delay embedding, Eq. (25), in a cube of side 2.
 #[derive(Debug)]
 pub struct Embedding {
+    quantity: Quantity,
+    /// The value drawn in the middle of the cube.
+    middle: f64,
+    /// The smallest full scale to either side.
+    smallest: f64,
     scale: FullScale,
     drawn: bool,
 }
 
 impl Embedding {
-    /// Starts empty.
-    pub fn new() -> Self {
+    /// Starts empty. A displacement swings about zero; a signal may have any mean.
+    pub fn new(subject: &Subject) -> Self {
+        let (middle, smallest) = match subject {
+            Subject::Joint(_) => (0.0, SMALLEST[0]),
+            Subject::Signal(signal) => {
+                let [low, high] = signal.span;
+                (0.5 * (low + high), style::smallest_shown(signal.span))
+            }
+        };
         Self {
-            scale: FullScale::new(SMALLEST[0]),
+            quantity: Quantity::displacement(subject),
+            middle,
+            smallest,
+            scale: FullScale::new(smallest),
             drawn: false,
         }
     }
@@ -181,11 +199,13 @@ impl Embedding {
         time: f64,
         points: &[[f32; 3]],
     ) -> Result<(), RecordError> {
-        let largest = points.iter().flatten().fold(0.0f32, |m, c| m.max(c.abs()));
-        let changed = self.scale.update(f64::from(largest), SMALLEST[0]);
+        let middle = self.middle as f32;
+        let sizes = points.iter().flatten().map(|c| (c - middle).abs());
+        let largest = sizes.fold(0.0, f32::max);
+        let changed = self.scale.update(f64::from(largest), self.smallest);
         if changed || !self.drawn {
             self.drawn = true;
-            draw_cube(rec, time, self.scale.get())?;
+            draw_cube(rec, time, &self.range())?;
         }
         let unit = self.scale.get().recip() as f32;
         let length = points.len().div_ceil(PIECES).max(1);
@@ -195,7 +215,7 @@ impl Embedding {
             .map(|(k, piece)| {
                 let next = points.get((k + 1) * length);
                 let points = piece.iter().chain(next);
-                points.map(|p| p.map(|c| unit * c)).collect()
+                points.map(|p| p.map(|c| unit * (c - middle))).collect()
             })
             .collect();
         let count = pieces.len();
@@ -204,10 +224,20 @@ impl Embedding {
             .with_radii([Radius::new_ui_points(0.8)]);
         stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
     }
+
+    /// What an edge of the cube spans, such as `±0.8 µm`.
+    fn range(&self) -> String {
+        let range = format!("±{}", self.quantity.words(self.scale.get()));
+        if self.middle == 0.0 {
+            range
+        } else {
+            format!("{} {range}", short(self.middle))
+        }
+    }
 }
 
 /// Edges of the cube, and at their ends what the axes are.
-fn draw_cube(rec: &RecordingStream, time: f64, full: f64) -> Result<(), RecordError> {
+fn draw_cube(rec: &RecordingStream, time: f64, range: &str) -> Result<(), RecordError> {
     let mut edges = Vec::new();
     for axis in 0..3 {
         for (a, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -225,8 +255,6 @@ fn draw_cube(rec: &RecordingStream, time: f64, full: f64) -> Result<(), RecordEr
         .with_radii([Radius::new_ui_points(0.8)]);
     stream::log_at(rec, paths::axis_lines(paths::EMBEDDING_AXES), time, &edges)?;
     let words = ["u(t)", "u(t - τ)", "u(t - 2τ)"];
-    let unit = Unit::length(full);
-    let range = format!("±{} {}", short(unit.per_si * full), unit.symbol);
     let words = words.map(|name| format!("{name}, {range}"));
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(words)

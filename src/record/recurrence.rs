@@ -15,8 +15,9 @@ use super::{
     paths,
     plot::{Axis, Bounds, Plot},
     stream,
-    style::{self, ColorMap, Unit, short},
+    style::{self, ColorMap, Quantity, short},
 };
+use crate::pipeline::message::Subject;
 
 /// Side of the field, pixels of the picture's plane.
 const SIDE: f32 = 400.0;
@@ -55,13 +56,14 @@ pub struct Picture<'a> {
 /// Draws recurrence plots.
 #[derive(Debug)]
 pub struct Recurrence {
+    quantity: Quantity,
     /// Window (s) and size for which axes and scale are drawn.
     drawn: Option<(f64, usize)>,
 }
 
 impl Recurrence {
     /// Says what the classes mean; axes come with the first picture.
-    pub fn new(rec: &RecordingStream) -> Result<Self, RecordError> {
+    pub fn new(rec: &RecordingStream, subject: &Subject) -> Result<Self, RecordError> {
         let map = ColorMap::inferno();
         let shades = (0..SHADES).map(|shade| {
             let percent = 100 * (u32::from(shade) + 1) / u32::from(SHADES);
@@ -72,17 +74,21 @@ impl Recurrence {
         let recurrent = class(RECURRENT, "recurrent", map.at(1.0));
         let classes = AnnotationContext::new(shades.chain([recurrent]).collect::<Vec<_>>());
         rec.log_static(paths::RECURRENCE_IMAGE, &classes)?;
-        Ok(Self { drawn: None })
+        Ok(Self {
+            quantity: Quantity::displacement(subject),
+            drawn: None,
+        })
     }
 
     fn plot(window: f64) -> Plot {
-        let axis = |name: &str| Axis::linear(name, -1e3 * window, 0.0, 4);
+        let unit = Quantity::Time.unit(window);
+        let axis = |name: &str| Axis::linear(name, -unit.per_si * window, 0.0, 4);
         // The upright axis means the same; the caption takes the place of its name.
         Plot {
             width: SIDE,
             height: SIDE,
             head: 0.0,
-            x: axis("time before now, ms, on both axes"),
+            x: axis(&format!("time before now, {}, on both axes", unit.symbol)),
             y: axis(""),
             grid: false,
         }
@@ -109,12 +115,10 @@ impl Recurrence {
             .with_draw_order(-2.0);
         stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &image)?;
 
-        let unit = Unit::length(picture.threshold);
         let words = format!(
-            "{:.0} % recurrent, ε = {} {}, m = {}, τ = {} µs",
+            "{:.0} % recurrent, ε = {}, m = {}, τ = {} µs",
             1e2 * picture.rate,
-            short(unit.per_si * picture.threshold),
-            unit.symbol,
+            self.quantity.words(picture.threshold),
             picture.dimension,
             short(1e6 * picture.lag),
         );

@@ -3,7 +3,7 @@
 use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
 
 use super::{error::RecordError, paths, plot::Bounds, stream, style};
-use crate::pipeline::message::{Frame, Header, Health, ModeInfo};
+use crate::pipeline::message::{Frame, Health, JointInfo, ModeInfo, SignalInfo};
 
 /// Rows sent in one go: long enough that a row costs little, short enough to follow live.
 const BATCH_ROWS: usize = 1000;
@@ -56,7 +56,7 @@ impl Rows {
     }
 }
 
-/// All series of samples of a run.
+/// All series of samples of a joint.
 #[derive(Debug)]
 pub struct Samples {
     displacement: Rows,
@@ -84,16 +84,16 @@ pub fn name_series(
 
 impl Samples {
     /// Names the series and starts empty.
-    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
+    pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
         let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
         one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL)?;
         one(paths::VELOCITY, "velocity, mm/s", style::SECOND)?;
         one(paths::TILT, "tilt, deg", style::LOAD)?;
         for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
-            let colors = (0..header.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
-            name_series(rec, path, header.modes.iter().map(mode_name), colors)?;
+            let colors = (0..joint.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
+            name_series(rec, path, joint.modes.iter().map(mode_name), colors)?;
         }
-        draw_mode_key(rec, header)?;
+        draw_mode_key(rec, joint)?;
         name_series(
             rec,
             paths::ENERGY,
@@ -103,7 +103,7 @@ impl Samples {
         // The first two nearly coincide: the wide one shows at both sides of the narrow one.
         let widths = SeriesLines::update_fields().with_widths([3.6, 1.2, 1.2]);
         rec.log_static(paths::ENERGY, &widths)?;
-        let modes = header.modes.len();
+        let modes = joint.modes.len();
         Ok(Self {
             displacement: Rows::new(paths::DISPLACEMENT, 1),
             velocity: Rows::new(paths::VELOCITY, 1),
@@ -162,6 +162,32 @@ impl Samples {
     }
 }
 
+/// The samples of a signal from a file, in its own unit.
+#[derive(Debug)]
+pub struct Waveform(Rows);
+
+impl Waveform {
+    /// Names the series and starts empty.
+    pub fn new(rec: &RecordingStream, signal: &SignalInfo) -> Result<Self, RecordError> {
+        let name = style::with_unit(style::signal_name(signal), &signal.unit);
+        name_series(rec, paths::WAVEFORM, [name], [style::SIGNAL])?;
+        Ok(Self(Rows::new(paths::WAVEFORM, 1)))
+    }
+
+    /// Takes a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        for (k, &value) in frame.displacement.iter().enumerate() {
+            self.0.push(frame.time(k), [value]);
+        }
+        self.0.send_full(rec)
+    }
+
+    /// Sends what is left.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.0.send(rec)
+    }
+}
+
 /// Height of a name in the key to the modes, pixels, and the width of the key.
 const KEY_LINE: f32 = 30.0;
 const KEY_WIDTH: f32 = 190.0;
@@ -177,8 +203,8 @@ pub fn mode_key_bounds() -> Bounds {
 }
 
 /// The names of the modes in their colours, one below the other.
-fn draw_mode_key(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let modes = || header.modes.iter().take(KEY_LINES);
+fn draw_mode_key(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+    let modes = || joint.modes.iter().take(KEY_LINES);
     let places = (0..modes().len()).map(|k| [0.5 * KEY_WIDTH, KEY_LINE * (k as f32 + 0.5)]);
     let key = Points2D::new(places)
         .with_labels(modes().map(mode_name))

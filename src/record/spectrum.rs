@@ -7,9 +7,9 @@ use super::{
     paths,
     plot::{Axis, Plot},
     stream,
-    style::{self, ColorMap, short},
+    style::{self, ColorMap, Quantity, Unit, short},
 };
-use crate::pipeline::message::{Header, Peak};
+use crate::pipeline::message::{Header, Peak, SignalInfo, Subject};
 
 /// Peaks that get a label; more would cover one another.
 const LABELLED: usize = 6;
@@ -20,8 +20,10 @@ const NAME_HEIGHT: f32 = 24.0;
 /// viewer writes at a fixed size whatever the size of the picture.
 const LETTER: f32 = 8.0;
 const NAME_PADDING: f32 = 16.0;
-/// Levels at the two ends of the colour map, dB relative to 1 mm/s.
-const LEVELS: [f32; 2] = [-70.0, 25.0];
+/// Levels at the two ends of the colour map, dB: of a joint relative to 1 mm/s, of a signal from a
+/// file relative to its own scale.
+const JOINT_LEVELS: [f32; 2] = [-70.0, 25.0];
+const SIGNAL_LEVELS: [f32; 2] = [-95.0, 0.0];
 /// Pixels of the spectrogram along time, in all and a tile.
 const WIDTH: usize = 640;
 const TILE: usize = 16;
@@ -32,35 +34,81 @@ const REFRESH: usize = 4;
 
 /// Highest frequency on show, Hz: a fifth above the highest mode, to whole 5 kHz.
 fn highest_frequency(header: &Header) -> f64 {
-    let modes = header.modes.iter().map(|mode| mode.frequency_hz);
-    (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
+    match &header.subject {
+        Subject::Joint(joint) => {
+            let modes = joint.modes.iter().map(|mode| mode.frequency_hz);
+            (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
+        }
+        Subject::Signal(signal) => signal.highest_frequency,
+    }
 }
 
-/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency in kHz.
-pub fn spectrum_plot(header: &Header) -> Plot {
-    Plot {
+/// Half of what the samples span; positive.
+fn full_scale(signal: &SignalInfo) -> f64 {
+    let [low, high] = signal.span;
+    (0.5 * (high - low)).max(style::smallest_shown(signal.span))
+}
+
+/// A plot of a spectrum, and what its numbers mean.
+#[derive(Clone, Debug)]
+pub struct SpectrumPlot {
+    /// Frame and axes.
+    pub plot: Plot,
+    frequency: Unit,
+    amplitude: Unit,
+}
+
+/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency; of a signal from a file, seven
+/// decades below its own scale.
+pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
+    let highest = highest_frequency(header);
+    let frequency = Quantity::Frequency.unit(highest);
+    let amplitude = Quantity::velocity(&header.subject).unit(1.0);
+    let (name, bottom, top) = match &header.subject {
+        Subject::Joint(_) => ("amplitude of the velocity", -4, 2),
+        Subject::Signal(signal) => {
+            let top = full_scale(signal).log10().ceil() as i32;
+            ("amplitude", top - 7, top)
+        }
+    };
+    let plot = Plot {
         width: 400.0,
         height: 150.0,
         head: NAME_LINES as f32 * NAME_HEIGHT - 4.0,
-        x: Axis::linear("frequency, kHz", 0.0, 1e-3 * highest_frequency(header), 6),
-        y: Axis::decades("amplitude of the velocity, mm/s", -4, 2),
+        x: Axis::linear(
+            style::with_unit("frequency", &frequency.symbol),
+            0.0,
+            frequency.per_si * highest,
+            6,
+        ),
+        y: Axis::decades(style::with_unit(name, &amplitude.symbol), bottom, top),
         grid: true,
+    };
+    SpectrumPlot {
+        plot,
+        frequency,
+        amplitude,
     }
 }
 
 /// Draws a spectrum: bins `bin` (Hz) apart from 0 Hz, amplitudes in m/s.
 pub fn draw_spectrum(
     rec: &RecordingStream,
-    plot: &Plot,
+    spectrum: &SpectrumPlot,
     time: f64,
     bin: f64,
     amplitude: &[f64],
     peaks: &[Peak],
 ) -> Result<(), RecordError> {
+    let SpectrumPlot {
+        plot,
+        frequency: hz,
+        amplitude: size,
+    } = spectrum;
     let shown = amplitude
         .iter()
         .enumerate()
-        .map(|(k, a)| (1e-3 * bin * k as f64, 1e3 * a))
+        .map(|(k, a)| (hz.per_si * bin * k as f64, size.per_si * a))
         .take_while(|(frequency, _)| *frequency <= plot.x.high);
     let curve = shown.map(|(frequency, a)| plot.at(frequency, a));
     let curve = LineStrips2D::new([curve.collect::<Vec<_>>()])
@@ -70,9 +118,9 @@ pub fn draw_spectrum(
 
     let shown = peaks
         .iter()
-        .filter(|peak| 1e-3 * peak.frequency <= plot.x.high);
+        .filter(|peak| hz.per_si * peak.frequency <= plot.x.high);
     let peaks: Vec<_> = shown.take(LABELLED).collect();
-    let tip = |peak: &Peak| plot.at(1e-3 * peak.frequency, 1e3 * peak.amplitude);
+    let tip = |peak: &Peak| plot.at(hz.per_si * peak.frequency, size.per_si * peak.amplitude);
     let marks = Points2D::new(peaks.iter().map(|peak| tip(peak)))
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
@@ -80,7 +128,7 @@ pub fn draw_spectrum(
 
     let named = peaks.iter().map(|peak| Named {
         tip: tip(peak),
-        name: peak_label(peak),
+        name: peak_label(peak, hz),
     });
     let placed = place_names(plot.width, named);
     let names = Points2D::new(placed.iter().map(|name| name.at))
@@ -134,9 +182,9 @@ fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
     placed
 }
 
-/// What it is, where that is known, and its frequency in kHz.
-fn peak_label(peak: &Peak) -> String {
-    let frequency = 1e-3 * peak.frequency;
+/// What it is, where that is known, and its frequency.
+fn peak_label(peak: &Peak, unit: &Unit) -> String {
+    let frequency = unit.per_si * peak.frequency;
     if peak.label.is_empty() {
         format!("{frequency:.2}")
     } else {
@@ -151,8 +199,7 @@ fn peak_label(peak: &Peak) -> String {
 /// columns are rarer than pixels, each holds until the next.
 #[derive(Debug)]
 pub struct Spectrogram {
-    duration: f64,
-    plot: Plot,
+    picture: SpectrogramPlot,
     map: ColorMap,
     /// Levels of the present tile, dB, `TILE x HEIGHT`, one column of pixels after the other.
     levels: Vec<f32>,
@@ -167,15 +214,14 @@ pub struct Spectrogram {
 impl Spectrogram {
     /// Draws axes and places the tiles.
     pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
-        let plot = spectrogram_plot(header);
-        plot.draw(rec, paths::SPECTROGRAM_AXES, None)?;
+        let picture = spectrogram_plot(header);
+        picture.plot.draw(rec, paths::SPECTROGRAM_AXES, None)?;
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
         }
         Ok(Self {
-            duration: header.duration,
-            plot,
+            picture,
             map: ColorMap::inferno(),
             levels: vec![f32::NEG_INFINITY; TILE * HEIGHT],
             logged: 0,
@@ -194,7 +240,11 @@ impl Spectrogram {
         level_db: &[f32],
     ) -> Result<(), RecordError> {
         let column = self.resample(bin, level_db);
-        let pixel = ((time / self.duration * WIDTH as f64) as usize).min(WIDTH - 1);
+        let SpectrogramPlot {
+            start, duration, ..
+        } = self.picture;
+        let share = (time - start) / duration;
+        let pixel = ((share * WIDTH as f64) as usize).min(WIDTH - 1);
         self.time = time;
         if pixel < self.filled {
             self.merge(self.filled - 1, &column);
@@ -230,7 +280,7 @@ impl Spectrogram {
 
     /// Levels at the pixels' frequencies, highest first, linear between bins.
     fn resample(&self, bin: f64, level_db: &[f32]) -> Vec<f32> {
-        let highest = 1e3 * self.plot.y.high;
+        let highest = self.picture.highest;
         (0..HEIGHT)
             .map(|row| {
                 let frequency = highest * (1.0 - (row as f64 + 0.5) / HEIGHT as f64);
@@ -250,12 +300,12 @@ impl Spectrogram {
             return Ok(());
         }
         let tile = (self.filled - 1) / TILE;
+        let [low, high] = self.picture.levels;
         let mut pixels = Vec::with_capacity(3 * TILE * HEIGHT);
         for row in 0..HEIGHT {
             for column in 0..TILE {
                 let level = self.levels[column * HEIGHT + row];
-                let share = (level - LEVELS[0]) / (LEVELS[1] - LEVELS[0]);
-                pixels.extend(self.map.at(share));
+                pixels.extend(self.map.at((level - low) / (high - low)));
             }
         }
         let image = Image::from_rgb24(pixels, [TILE as u32, HEIGHT as u32]);
@@ -265,24 +315,64 @@ impl Spectrogram {
     }
 }
 
-/// The plot of the spectrogram: frequency in kHz over time in ms.
-pub fn spectrogram_plot(header: &Header) -> Plot {
-    Plot {
+/// A plot of a spectrogram, and what its numbers mean.
+#[derive(Clone, Debug)]
+pub struct SpectrogramPlot {
+    /// Frame and axes.
+    pub plot: Plot,
+    /// Time at the left end, and how much follows, s.
+    start: f64,
+    duration: f64,
+    /// Frequency at the upper end, Hz.
+    highest: f64,
+    /// Levels at the two ends of the colour map, as records tell levels.
+    levels: [f32; 2],
+}
+
+/// The plot of the spectrogram: frequency over time.
+pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
+    let (start, duration) = (header.start(), header.duration);
+    let highest = highest_frequency(header);
+    let hz = Quantity::Frequency.unit(highest);
+    let time = Quantity::Time.unit(duration);
+    let ([low, high], zero, offset) = match &header.subject {
+        Subject::Joint(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
+        Subject::Signal(signal) => {
+            let full = full_scale(signal);
+            let words = Quantity::velocity(&header.subject).words(full);
+            // Records tell levels relative to a thousandth.
+            (SIGNAL_LEVELS, words, (20.0 * (1e3 * full).log10()) as f32)
+        }
+    };
+    let plot = Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         head: 0.0,
-        x: Axis::linear("time, ms", 0.0, 1e3 * header.duration, 8),
+        x: Axis::linear(
+            style::with_unit("time", &time.symbol),
+            time.per_si * start,
+            time.per_si * (start + duration),
+            8,
+        ),
         y: Axis::linear(
             format!(
-                "frequency, kHz   (dark {} dB to bright {} dB, 0 dB = 1 mm/s)",
-                short(LEVELS[0].into()),
-                short(LEVELS[1].into()),
+                "frequency, {}   (dark {} dB to bright {} dB, 0 dB = {zero})",
+                hz.symbol,
+                short(low.into()),
+                short(high.into()),
             ),
             0.0,
-            1e-3 * highest_frequency(header),
+            hz.per_si * highest,
             4,
         ),
         grid: false,
+    };
+    SpectrogramPlot {
+        plot,
+        start,
+        duration,
+        highest,
+        levels: [low + offset, high + offset],
     }
 }
 
@@ -323,8 +413,9 @@ mod tests {
             amplitude: 1e-3,
             label: "f1".to_owned(),
         };
-        assert_eq!(peak_label(&peak), "f1: 4.12");
+        let kilohertz = Quantity::Frequency.unit(15e3);
+        assert_eq!(peak_label(&peak, &kilohertz), "f1: 4.12");
         peak.label.clear();
-        assert_eq!(peak_label(&peak), "4.12");
+        assert_eq!(peak_label(&peak, &kilohertz), "4.12");
     }
 }

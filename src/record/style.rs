@@ -3,7 +3,7 @@
 
 use rerun::Color;
 
-use crate::pipeline::message::NodeState;
+use crate::pipeline::message::{NodeState, SignalInfo, Subject};
 
 /// Behind three-dimensional pictures.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
@@ -159,30 +159,102 @@ pub fn round_up(x: f64) -> f64 {
 }
 
 /// A unit that values are drawn in.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// Its symbol.
-    pub symbol: &'static str,
-    /// How many of it make the SI unit.
+    /// Its symbol; may be empty.
+    pub symbol: String,
+    /// How many of it make the SI unit (or the signal's own).
     pub per_si: f64,
 }
 
-impl Unit {
-    /// The unit of lengths in which `full` (m) is a number that reads well: µm down to pm.
-    pub fn length(full: f64) -> Self {
-        Self::fitting(full, [("µm", 1e6), ("nm", 1e9), ("pm", 1e12)])
+/// What a value measures: says in which units it is drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A length, m: drawn in µm down to pm.
+    Length,
+    /// A speed, m/s: mm/s down to nm/s.
+    Speed,
+    /// A frequency, Hz: kHz down to µHz.
+    Frequency,
+    /// A duration, s: s down to µs.
+    Time,
+    /// What a signal from a file measures, in its own unit; empty if that is unknown.
+    Own(String),
+}
+
+impl Quantity {
+    /// What displacements of this subject measure.
+    pub fn displacement(subject: &Subject) -> Self {
+        match subject {
+            Subject::Joint(_) => Self::Length,
+            Subject::Signal(signal) => Self::Own(signal.unit.clone()),
+        }
     }
 
-    /// The unit of speeds in which `full` (m/s) is a number that reads well: mm/s down to nm/s.
-    pub fn speed(full: f64) -> Self {
-        Self::fitting(full, [("mm/s", 1e3), ("µm/s", 1e6), ("nm/s", 1e9)])
+    /// What velocities of this subject measure.
+    pub fn velocity(subject: &Subject) -> Self {
+        match subject {
+            Subject::Joint(_) => Self::Speed,
+            Subject::Signal(signal) => Self::Own(signal.unit.clone()),
+        }
     }
 
-    /// The largest in which `full` is not below a tenth, else the smallest.
-    fn fitting(full: f64, units: [(&'static str, f64); 3]) -> Self {
-        let fits = |(_, per_si): &(&str, f64)| full * per_si >= 0.1 * (1.0 - 1e-9);
-        let (symbol, per_si) = units.into_iter().find(fits).unwrap_or(units[2]);
-        Self { symbol, per_si }
+    /// The unit in which `full` is a number that reads well.
+    pub fn unit(&self, full: f64) -> Unit {
+        let (units, least): (&[(&str, f64)], f64) = match self {
+            Self::Length => (&[("µm", 1e6), ("nm", 1e9), ("pm", 1e12)], 0.1),
+            Self::Speed => (&[("mm/s", 1e3), ("µm/s", 1e6), ("nm/s", 1e9)], 0.1),
+            Self::Frequency => (
+                &[("kHz", 1e-3), ("Hz", 1.0), ("mHz", 1e3), ("µHz", 1e6)],
+                0.1,
+            ),
+            Self::Time => (&[("s", 1.0), ("ms", 1e3), ("µs", 1e6)], 1.0),
+            Self::Own(symbol) => (&[(symbol, 1.0)], 0.0),
+        };
+        // The largest in which it is not too small a number, else the smallest.
+        let fits = |(_, per_si): &&(&str, f64)| full * per_si >= least * (1.0 - 1e-9);
+        let (symbol, per_si) = units.iter().find(fits).unwrap_or(&units[units.len() - 1]);
+        Unit {
+            symbol: (*symbol).to_owned(),
+            per_si: *per_si,
+        }
+    }
+
+    /// A value with its unit, such as `3.2 µm`.
+    pub fn words(&self, value: f64) -> String {
+        let unit = self.unit(value.abs());
+        let number = short(unit.per_si * value);
+        if unit.symbol.is_empty() {
+            number
+        } else {
+            format!("{number} {}", unit.symbol)
+        }
+    }
+}
+
+/// The smallest full scale worth showing of a signal that spans so much: a ten-thousandth of
+/// half the span, and something positive for a constant.
+pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
+    let size = low.abs().max(high.abs());
+    let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
+    (1e-4 * 0.5 * (high - low)).max(least)
+}
+
+/// What a signal from a file is called: its column, else where it was read from.
+pub fn signal_name(signal: &SignalInfo) -> &str {
+    if signal.column.is_empty() {
+        &signal.source
+    } else {
+        &signal.column
+    }
+}
+
+/// The name of an axis or series, such as `displacement, µm`.
+pub fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{name}, {unit}")
     }
 }
 
@@ -190,6 +262,12 @@ impl Unit {
 pub fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
+    }
+    if x.abs() < 1e-4 || x.abs() >= 1e6 {
+        let text = format!("{x:.2e}");
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        let digits = digits.trim_end_matches('0').trim_end_matches('.');
+        return format!("{digits}e{power}");
     }
     let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{x:.decimals$}");
@@ -231,10 +309,13 @@ mod tests {
 
     #[test]
     fn units_fit_the_scale() {
-        let symbols = [1e-6, 1e-7, 5e-8, 2e-11, 0.0].map(|full| Unit::length(full).symbol);
+        let symbols = [1e-6, 1e-7, 5e-8, 2e-11, 0.0].map(|full| Quantity::Length.unit(full).symbol);
         assert_eq!(symbols, ["µm", "µm", "nm", "pm", "pm"]);
-        let unit = Unit::speed(3e-6);
-        assert_eq!((unit.symbol, 3e-6 * unit.per_si), ("µm/s", 3.0));
+        assert_eq!(Quantity::Speed.words(3e-6), "3 µm/s");
+        assert_eq!(Quantity::Frequency.words(50.0), "50 Hz");
+        assert_eq!(Quantity::Time.words(0.3), "300 ms");
+        assert_eq!(Quantity::Own("V".to_owned()).words(-2e-5), "-2e-5 V");
+        assert_eq!(Quantity::Own(String::new()).words(0.0), "0");
     }
 
     #[test]
@@ -246,6 +327,8 @@ mod tests {
             (12.0, "12"),
             (-0.5, "-0.5"),
             (1234.0, "1234"),
+            (1e-5, "1e-5"),
+            (-1.234e7, "-1.23e7"),
         ];
         for (x, text) in cases {
             assert_eq!(short(x), text);

@@ -2,8 +2,13 @@
 
 use rerun::{RecordingStream, TextDocument, TextLog, TextLogLevel};
 
-use super::{RERUN_VERSION, error::RecordError, paths, stream};
-use crate::pipeline::message::{Header, Summary};
+use super::{
+    RERUN_VERSION,
+    error::RecordError,
+    paths, stream,
+    style::{self, Quantity},
+};
+use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
 
 /// How to read the screen.
 const READING: &str = "\
@@ -39,29 +44,65 @@ pub fn send_properties(rec: &RecordingStream, header: &Header) -> Result<(), Rec
 
 /// What is known before the first frame.
 pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    let modes: String = header
-        .modes
-        .iter()
-        .map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz))
-        .collect();
     let about = format!(
-        "# {title}\n\n{about}\n\n## Reading the screen\n\n{READING}\n\
-         ## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
-         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n\
+        "# {title}\n\n{about}\n\n## Reading the screen\n\n{READING}\n{subject}\
          squeakscope {version}, Rerun {RERUN_VERSION}. Started as `{command}`.\n\n\
          Model: J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, \
          Lubricants 2022, 10, 201.\n",
         title = header.title,
         about = header.about,
-        scene = header.scene,
-        text = header.scene_text.trim_end(),
+        subject = match &header.subject {
+            Subject::Joint(joint) => joint_about(header, joint),
+            Subject::Signal(signal) => signal_about(header, signal),
+        },
         version = crate::VERSION,
         command = header.command,
     );
     rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
-    let opening =
-        "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed.";
-    narrate(rec, header, 0.0, opening)
+    let opening = match header.subject {
+        Subject::Joint(_) => {
+            "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed."
+        }
+        Subject::Signal(_) => "## A signal\n\nNothing is known of it yet.",
+    };
+    narrate(rec, header, header.start(), opening)
+}
+
+/// Modes and scene.
+fn joint_about(header: &Header, joint: &JointInfo) -> String {
+    let modes: String = joint
+        .modes
+        .iter()
+        .map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz))
+        .collect();
+    format!(
+        "## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
+         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n",
+        scene = header.scene,
+        text = header.scene_text.trim_end(),
+    )
+}
+
+/// Where the signal is from, and its size.
+fn signal_about(header: &Header, signal: &SignalInfo) -> String {
+    let quantity = Quantity::displacement(&header.subject);
+    let [low, high] = signal.span.map(|value| quantity.words(value));
+    let time = |value| Quantity::Time.words(value);
+    let rows = [
+        ("source", signal.source.clone()),
+        ("column", signal.column.clone()),
+        ("samples a second", style::short(header.sample_rate)),
+        ("first sample at", time(header.start())),
+        ("length", time(header.duration)),
+        ("smallest sample", low),
+        ("largest sample", high),
+    ];
+    let rows: String = rows
+        .iter()
+        .filter(|(_, value)| !value.is_empty())
+        .map(|(name, value)| format!("| {name} | {value} |\n"))
+        .collect();
+    format!("## Signal\n\n| what | value |\n|---|---|\n{rows}\n")
 }
 
 /// What is being seen now, between the scene's title and its description. `words` are Markdown
@@ -72,16 +113,26 @@ pub fn narrate(
     time: f64,
     words: &str,
 ) -> Result<(), RecordError> {
+    let facts = match &header.subject {
+        Subject::Joint(joint) => format!(
+            "Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed:.1} mm/s.",
+            ball = 2e3 * joint.ball_radius,
+            load = style::short(joint.load),
+            speed = 1e3 * joint.sliding_speed,
+        ),
+        Subject::Signal(signal) => format!(
+            "`{}`, {} samples a second, {} long.",
+            style::signal_name(signal),
+            style::short(header.sample_rate),
+            Quantity::Time.words(header.duration),
+        ),
+    };
     let text = format!(
         "**{title}**\n\n{words}\n\n*Seen at {ms:.0} ms.*\n\n---\n\n{about}\n\n\
-         *Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed:.1} mm/s. \
-         How to read the views: tab “About”.*\n\n`squeakscope {version}`",
+         *{facts} How to read the views: tab “About”.*\n\n`squeakscope {version}`",
         title = header.title,
         ms = 1e3 * time,
         about = header.about,
-        ball = 2e3 * header.ball_radius,
-        load = super::style::short(header.load),
-        speed = 1e3 * header.sliding_speed,
         version = crate::VERSION,
     );
     stream::log_at(

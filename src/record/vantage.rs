@@ -1,7 +1,7 @@
 //! Where the contact patch is looked at from: square onto the ball, at the middle of all the
 //! places that the patch visits during the run.
 
-use crate::pipeline::message::Header;
+use crate::pipeline::message::JointInfo;
 
 /// The view's middle and the directions of its screen, in the frame of the ball's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,9 +18,9 @@ impl Vantage {
     /// For the tilts that a run plans.
     ///
     /// The beam's axis (tilt zero) is kept in sight unless the patch is always far from it.
-    pub fn new(header: &Header) -> Self {
-        let half = patch_angle(header);
-        let (mut low, mut high) = (header.min_tilt - half, header.max_tilt + half);
+    pub fn new(joint: &JointInfo) -> Self {
+        let half = patch_angle(joint);
+        let (mut low, mut high) = (joint.min_tilt - half, joint.max_tilt + half);
         // A little more than the pole itself, for its mark.
         if low < 2.0 * half {
             low = low.min(-0.2 * half);
@@ -28,9 +28,9 @@ impl Vantage {
         if high > -2.0 * half {
             high = high.max(0.2 * half);
         }
-        let turn = |v| turned(v, 0.5 * (low + high), header.azimuth);
+        let turn = |v| turned(v, 0.5 * (low + high), joint.azimuth);
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(turn);
-        let radius = 1e3 * header.ball_radius;
+        let radius = 1e3 * joint.ball_radius;
         let quarter = std::f64::consts::FRAC_PI_2;
         Self {
             middle: axes[2].map(|c| radius * c),
@@ -54,8 +54,8 @@ impl Vantage {
 }
 
 /// Half the angle under which the patch is seen from the ball's centre, rad.
-pub fn patch_angle(header: &Header) -> f64 {
-    (header.patch_radius / header.ball_radius).min(1.0).asin()
+pub fn patch_angle(joint: &JointInfo) -> f64 {
+    (joint.patch_radius / joint.ball_radius).min(1.0).asin()
 }
 
 /// `v` turned by `angle` from the pole towards `azimuth` (rad), about the axis square to both:
@@ -78,18 +78,18 @@ mod tests {
 
     fn vantage(tilts: [f64; 2], azimuth: f64) -> Vantage {
         let [min_tilt, max_tilt] = tilts.map(f64::to_radians);
-        Vantage::new(&Header {
+        Vantage::new(&JointInfo {
             min_tilt,
             max_tilt,
             azimuth,
-            ..demo::header(0.1)
+            ..demo::joint()
         })
     }
 
     #[test]
     fn the_middle_lies_between_the_ends_of_the_patchs_way() {
-        let header = demo::header(0.1);
-        let (half, radius) = (patch_angle(&header), 1e3 * header.ball_radius);
+        let joint = demo::joint();
+        let (half, radius) = (patch_angle(&joint), 1e3 * joint.ball_radius);
         for azimuth in [0.0, 2.0, -1.3] {
             let seen = vantage([0.0, 8.0], azimuth);
             let tilt = 4f64.to_radians();
@@ -114,7 +114,7 @@ mod tests {
             ([40.0; 2], false),
         ] {
             let seen = vantage(tilts, 0.7);
-            let pole = [0.0, 0.0, 1e3 * demo::header(0.1).ball_radius];
+            let pole = [0.0, 0.0, 1e3 * demo::joint().ball_radius];
             let from_middle = (0..3)
                 .map(|i| (pole[i] - seen.middle[i]).powi(2))
                 .sum::<f64>();

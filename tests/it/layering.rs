@@ -125,7 +125,7 @@ fn foreign_things_stay_in_their_room() {
         ("std::thread::", "pipeline"),
         ("crossbeam_channel::", "pipeline"),
         ("faer::", "fem joint"),
-        ("rustfft::", "analysis"),
+        ("realfft::", "analysis"),
         ("rayon::", "analysis"),
     ] {
         for file in rust_files(&source()) {

@@ -4,7 +4,7 @@ use super::narrator::{Heard, Narrator};
 use super::{Clock, Emit, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::message::{Frame, JointInfo, Record};
 
 /// Emits [`Record::Narration`] when there is something new to say.
 ///
@@ -17,14 +17,13 @@ pub struct NarrationStage {
 }
 
 impl NarrationStage {
-    /// The stage of a run announced by `header`; it listens `every` so many seconds.
-    pub fn new(every: f64, header: &Header) -> Self {
-        let rate = header.sample_rate;
+    /// Listens `every` so many seconds to samples of `joint` at `rate` (Hz).
+    pub fn new(every: f64, rate: f64, joint: &JointInfo) -> Self {
         let count = |seconds| samples(seconds, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
             sliding: SlidingWindow::new(count(Narrator::MEMORY), every * rate)
                 .starting_with(count(Narrator::FIRST)),
-            narrator: Narrator::new(header.sliding_speed, rate),
+            narrator: Narrator::new(joint.sliding_speed, rate),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::fem::{Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
-use crate::pipeline::message::{Frame, Header, Outline};
+use crate::pipeline::message::{Frame, Header, JointInfo, Outline, Subject};
 use crate::scene::{
     AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,
     Schedule, SpectrogramSpec, SpectrumSpec, Start,
@@ -129,18 +129,21 @@ pub fn header() -> Header {
         about: String::new(),
         scene_text: String::new(),
         command: String::new(),
-        modes: Vec::new(),
         sample_rate: RATE,
         duration: 0.1,
-        min_tilt: 0.0,
-        max_tilt: 0.0,
-        azimuth: 0.0,
-        outline: Outline::default(),
-        rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
-        load: 150.0,
-        ball_radius: 15.875e-3,
-        patch_radius: 1.697e-3,
-        sliding_speed: SLIDING_SPEED,
+        analyses: Vec::new(),
+        subject: Subject::Joint(JointInfo {
+            modes: Vec::new(),
+            min_tilt: 0.0,
+            max_tilt: 0.0,
+            azimuth: 0.0,
+            outline: Outline::default(),
+            rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
+            load: 150.0,
+            ball_radius: 15.875e-3,
+            patch_radius: 1.697e-3,
+            sliding_speed: SLIDING_SPEED,
+        }),
     }
 }
 
