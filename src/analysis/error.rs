@@ -43,4 +43,16 @@ pub enum AnalysisError {
     /// Channels of one trajectory are sampled together.
     #[error("section: the channels differ in length; cut them to the same instants")]
     UnevenChannels,
+    /// A recurrence threshold that is out of its range.
+    #[error("recurrence threshold: {what}")]
+    Threshold {
+        /// What it should be.
+        what: &'static str,
+    },
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
+    },
 }

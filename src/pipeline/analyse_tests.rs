@@ -1,8 +1,9 @@
 //! Frames of known signals through the whole of the analyses.
 
 use super::*;
+use crate::analysis::Threshold;
 use crate::analysis::test_signals::noise;
-use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED, analyses, header, scene};
+use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED, analyses, header};
 use crate::scene::AnalysisSpec;
 
 const T0: f64 = 0.25;
@@ -23,7 +24,7 @@ const CYCLE: [(f64, f64, f64); 3] = [
 ];
 
 fn run(spec: AnalysisSpec, motion: &Motion, frame: usize) -> Vec<Record> {
-    let mut analyser = Analyser::new(&scene(spec), &header());
+    let mut analyser = Analyser::new(&spec, &header());
     let mut records: Vec<Record> = Vec::new();
     for frame in motion.frames(T0, 0.05, frame) {
         analyser.push(&frame, &mut records).unwrap();
@@ -223,7 +224,7 @@ fn recurrence_tells_lag_rate_and_diagonals() {
 fn a_distance_threshold_is_taken_as_it_is() {
     let mut spec = analyses();
     let recurrence = spec.recurrence.as_mut().unwrap();
-    recurrence.threshold = crate::scene::RecurrenceThreshold::Distance(1e-7);
+    recurrence.nearness.threshold = Threshold::Distance(1e-7);
     let records = run(spec, &Motion::tones(0.01, &CYCLE), 256);
     let thresholds: Vec<f64> = records
         .iter()
@@ -412,7 +413,7 @@ fn slip_reversal_is_told_from_the_velocity() {
 #[test]
 fn summary_is_of_the_last_window() {
     let motion = Motion::tones(0.03, &[(4100.0, 50e-3, 0.0)]).then(&Motion::tones(0.04, &CYCLE));
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let mut records: Vec<Record> = Vec::new();
     let frames = motion.frames(T0, 0.0, 256);
     for frame in &frames {
@@ -438,7 +439,7 @@ fn summary_is_of_the_last_window() {
 
 #[test]
 fn summary_of_a_run_too_short_has_no_lines() {
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     assert_eq!(analyser.summary(), Summary::default());
     let mut records: Vec<Record> = Vec::new();
     let frames = Motion::tones(10.0 / RATE, &CYCLE).frames(0.0, 0.0, 10);
@@ -449,7 +450,7 @@ fn summary_of_a_run_too_short_has_no_lines() {
 
 #[test]
 fn a_gap_between_frames_is_an_error() {
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let mut records: Vec<Record> = Vec::new();
     let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
     analyser.push(&frames[0], &mut records).unwrap();
@@ -475,7 +476,7 @@ fn a_gap_between_frames_is_an_error() {
 #[test]
 fn the_analyser_can_move_to_a_thread_of_its_own() {
     fn movable<T: Send>(_: &T) {}
-    movable(&Analyser::new(&scene(analyses()), &header()));
+    movable(&Analyser::new(&analyses(), &header()));
 }
 
 #[test]
@@ -486,7 +487,7 @@ fn a_sink_that_refuses_stops_the_run() {
             Err("disk full".into())
         }
     }
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
     let error = analyser.push(&frames[0], &mut Full).unwrap_err();
     assert_eq!(error.to_string(), "a record could not be kept: disk full");

@@ -167,6 +167,8 @@ pub struct Header {
     pub duration: f64,
     /// The analyses whose records will come.
     pub analyses: Vec<AnalysisKind>,
+    /// What the coordinates of a [`SectionPoint`] are.
+    pub section: [SectionCoordinate; 2],
     /// Where the samples come from.
     pub subject: Subject,
 }
@@ -213,6 +215,22 @@ pub enum AnalysisKind {
     Chaos,
     /// [`Record::Regime`].
     Regime,
+}
+
+/// A coordinate of a passage through a Poincare section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SectionCoordinate {
+    /// The displacement so many delays after `y(t)`, m: 2 is `y(t + 2 tau)`.
+    Delayed(usize),
+    /// The modal coordinate of the mode with this index, sqrt(kg) m.
+    Q(usize),
+    /// The modal velocity of the mode with this index, sqrt(kg) m/s.
+    Qdot(usize),
+}
+
+impl SectionCoordinate {
+    /// Those of the section of Fig. 10, `(y(t), y(t + 2 tau))`.
+    pub const DELAYED: [Self; 2] = [Self::Delayed(0), Self::Delayed(2)];
 }
 
 /// Where the samples come from.
@@ -283,7 +301,7 @@ pub struct Peak {
 pub struct SectionPoint {
     /// When, s.
     pub time: f64,
-    /// Where on the section: its two coordinates, m (or what the scene's section says).
+    /// Where on the section: its two coordinates, as [`Header::section`] says.
     pub at: [f64; 2],
 }
 
@@ -370,9 +388,11 @@ pub enum Record {
         /// The most frequent spacing of diagonals, s.
         period: Option<f64>,
     },
-    /// Passages through the Poincare section since the last such record, in time order.
+    /// Passages through the Poincare section that have become known since the last such record, in
+    /// time order; at least one.
     Section {
-        /// Passages are complete up to this time, s.
+        /// Time of the newest sample, s. A passage is known a few samples (of a delay section:
+        /// also two delays) after it.
         time: f64,
         /// The passages.
         points: Vec<SectionPoint>,
@@ -439,7 +459,7 @@ impl Record {
 pub struct Health {
     /// Simulated time, s.
     pub time: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Accepted steps per simulated millisecond.
     pub steps_per_ms: f64,
@@ -466,7 +486,7 @@ pub struct Summary {
     pub simulated: f64,
     /// Wall time of the whole run, s.
     pub wall: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Lines of the last window's spectrum, strongest first.
     pub peaks: Vec<Peak>,

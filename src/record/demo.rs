@@ -7,7 +7,7 @@ use crate::{
     dynamics::Tally,
     pipeline::message::{
         AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
-        PatchGeometry, PatchSnapshot, Peak, Record, Subject, Summary,
+        PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, Subject, Summary,
     },
     scene::RecordSpec,
 };
@@ -152,6 +152,7 @@ pub fn header(duration: f64) -> Header {
             AnalysisKind::Spectrogram,
             AnalysisKind::Recurrence,
         ],
+        section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(joint()),
     }
 }

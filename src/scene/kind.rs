@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use toml::Spanned;
 use toml::de::DeValue;
 
 use super::error::nearest;
+use super::spec::{Setting, StateCoordinate};
 use super::units::Unit;
 
 /// Why a value cannot be taken.
@@ -267,6 +269,93 @@ impl Kind for Vector {
 
     fn unit(&self) -> Unit {
         self.component.unit
+    }
+}
+
+/// A value, or the word `auto`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AutoOr<K>(pub K);
+
+impl<K: Kind> Kind for AutoOr<K> {
+    type Value = Setting<K::Value>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        match value.as_str() {
+            Some("auto") => Ok(Setting::Auto),
+            Some(_) => Err(Mismatch::Choice(None)),
+            None => self.0.read(value).map(Setting::Given),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("\"auto\", or {}", self.0.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.0.unit()
+    }
+}
+
+/// A list of numbers, one at least.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct List {
+    /// What each must be.
+    pub item: Number,
+}
+
+impl Kind for List {
+    type Value = Vec<f64>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
+        let items = value.as_array().ok_or(Mismatch::Type)?;
+        if items.is_empty() {
+            return Err(Mismatch::Range);
+        }
+        items
+            .iter()
+            .map(|item| self.item.read(item.get_ref()))
+            .collect()
+    }
+
+    fn allowed(&self) -> String {
+        format!("a list of numbers, each {}", self.item.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.item.unit
+    }
+}
+
+/// Two coordinates of the modal state: `q` or `qdot` with the number of the mode, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coordinates;
+
+impl Kind for Coordinates {
+    type Value = [StateCoordinate; 2];
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        let [first, second] = &value.as_array().ok_or(Mismatch::Type)?[..] else {
+            return Err(Mismatch::Type);
+        };
+        let coordinate = |item: &Spanned<DeValue<'_>>| {
+            let word = item.get_ref().as_str().ok_or(Mismatch::Type)?;
+            let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot")
+            {
+                Some(number) => (number, StateCoordinate::Qdot),
+                None => (
+                    word.strip_prefix('q').unwrap_or_default(),
+                    StateCoordinate::Q,
+                ),
+            };
+            let number: u16 = number.parse().map_err(|_| Mismatch::Choice(None))?;
+            let index = number.checked_sub(1).ok_or(Mismatch::Range)?;
+            Ok(make(usize::from(index)))
+        };
+        Ok([coordinate(first)?, coordinate(second)?])
+    }
+
+    fn allowed(&self) -> String {
+        "two of \"q1\", \"qdot1\", \"q2\", \"qdot2\", ...".to_owned()
     }
 }
 

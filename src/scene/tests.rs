@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::keys::{ALL, split};
 use super::*;
+use crate::analysis::Threshold;
 use crate::joint::{Frequencies, Friction, Stribeck};
 
 /// The smallest scene: the required keys only.
@@ -68,7 +69,7 @@ fn every_default_is_valid() {
     let scene = Scene::parse("m", format!("{SMALLEST}{everything}")).expect("valid");
     assert!(scene.analysis.spectrum.is_some() && scene.analysis.spectrogram.is_some());
     let recurrence = scene.analysis.recurrence.expect("asked for");
-    assert_eq!(recurrence.threshold, RecurrenceThreshold::Distance(2.5e-7));
+    assert_eq!(recurrence.nearness.threshold, Threshold::Distance(2.5e-7));
     assert_eq!(scene.joint.damping, [0.001; 11]);
     assert_eq!(
         scene.joint.friction,

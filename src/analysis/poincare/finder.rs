@@ -180,7 +180,10 @@ impl SectionFinder {
     fn measure(&mut self) {
         let longest = self.coordinates.iter().map(|c| c.delay).max().unwrap_or(0);
         let known = self.distance.len();
-        let ready = self.channels[0].len().saturating_sub(longest).max(known);
+        let ready = self.channels[0].len().saturating_sub(longest);
+        if ready <= known {
+            return;
+        }
         self.distance.resize(ready, -self.offset);
         let new = &mut self.distance[known..];
         for coordinate in self.coordinates.iter().filter(|c| c.normal != 0.0) {

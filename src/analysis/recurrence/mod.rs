@@ -4,6 +4,8 @@ mod counts;
 mod measures;
 mod plot;
 mod quantify;
+mod sweep;
+mod tally;
 mod threshold;
 mod window;
 

@@ -1,5 +1,8 @@
 //! When two states count as the same: thresholds as types.
 
+use rayon::prelude::*;
+
+use super::sweep::{Diagonal, Limits, Pairs, Visitor};
 use crate::analysis::{AnalysisError, DelayVectors, Norm};
 
 /// How near is the same.
@@ -28,14 +31,311 @@ pub struct RecurrenceRule {
     pub theiler: usize,
 }
 
-/// The distance (signal's unit) that a threshold comes to. For
-/// [`Threshold::Neighbours`] use the quantification itself.
+/// The distance (signal's unit) that a threshold comes to.
+///
+/// For [`Threshold::Rate`] it is exact: the smallest distance at which at least
+/// `round(rate * pairs)` of the counted pairs are recurrent, hence the distance of one of the
+/// pairs; others at the same distance come with it, so that the rate reached may be larger. A
+/// rate of less than half a pair gives 0. Memory is proportional to the number of vectors.
 ///
 /// # Errors
-/// [`AnalysisError`].
+/// [`AnalysisError::Threshold`] for a distance or spread that is negative or not a number, a rate
+/// outside 0 to 1, 0 neighbours, and for [`Threshold::Neighbours`] as such: it has a distance for
+/// every state, which only [`quantify`](super::quantify) finds.
 pub fn find_threshold(
-    _vectors: &DelayVectors<'_>,
-    _rule: &RecurrenceRule,
+    vectors: &DelayVectors<'_>,
+    rule: &RecurrenceRule,
 ) -> Result<f64, AnalysisError> {
-    unimplemented!()
+    if let Threshold::Neighbours(_) = rule.threshold {
+        let what = "a number of neighbours has no single distance; ask for a rate instead";
+        return Err(AnalysisError::Threshold { what });
+    }
+    let pairs = Pairs::new(vectors, rule.norm, rule.theiler);
+    match Nearness::find(&pairs, rule.threshold)? {
+        Nearness::Everywhere(distance) => Ok(distance),
+        Nearness::Columns(_) => unreachable!("only neighbours have a distance for every state"),
+    }
+}
+
+/// What a threshold comes to.
+pub(super) enum Nearness {
+    /// One distance for all pairs.
+    Everywhere(f64),
+    /// The largest recurrent extent of each column, padded as [`Limits::Columns`] wants it.
+    Columns(Vec<f64>),
+}
+
+impl Nearness {
+    pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
+        let refuse = |what| Err(AnalysisError::Threshold { what });
+        match threshold {
+            Threshold::Distance(distance) if distance >= 0.0 => Ok(Self::Everywhere(distance)),
+            Threshold::Distance(_) => refuse("a distance must be at least 0"),
+            Threshold::Spread(times) if times >= 0.0 && times.is_finite() => {
+                Ok(Self::Everywhere(times * deviation(pairs.samples)))
+            }
+            Threshold::Spread(_) => refuse("a spread must be finite and at least 0"),
+            Threshold::Rate(rate) if (0.0..=1.0).contains(&rate) => {
+                Ok(Self::Everywhere(distance_for_rate(pairs, rate)))
+            }
+            Threshold::Rate(_) => refuse("a rate must be from 0 to 1"),
+            Threshold::Neighbours(0) => refuse("ask for at least one neighbour"),
+            Threshold::Neighbours(wanted) => Ok(Self::Columns(extents_of_columns(pairs, wanted))),
+        }
+    }
+}
+
+/// Population standard deviation.
+fn deviation(samples: &[f64]) -> f64 {
+    let mean_of = |sum: f64| sum / samples.len() as f64;
+    let mean = mean_of(samples.iter().sum());
+    mean_of(samples.iter().map(|x| (x - mean) * (x - mean)).sum()).sqrt()
+}
+
+/// The extent within which so many other states outside the Theiler window lie, for each state;
+/// all of them if there are fewer.
+fn extents_of_columns(pairs: &Pairs<'_>, wanted: usize) -> Vec<f64> {
+    let n = pairs.states;
+    let first = pairs.offsets().start;
+    let mut limits: Vec<f64> = (0..n)
+        .into_par_iter()
+        .map_init(Vec::new, |extents, j| {
+            extents.clear();
+            pairs.extents(j, 0..(j + 1).saturating_sub(first), extents);
+            pairs.extents(j, j.saturating_add(first).min(n)..n, extents);
+            match wanted.min(extents.len()).checked_sub(1) {
+                // Numbers that are not negative are ordered like their bits.
+                Some(last) => *extents.select_nth_unstable_by_key(last, |e| e.to_bits()).1,
+                None => 0.0,
+            }
+        })
+        .collect();
+    limits.resize(n + 64, 0.0);
+    limits
+}
+
+/// The share of pairs, as [`find_threshold`] says.
+fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
+    let n = pairs.states as u64;
+    let upper: u64 = pairs.offsets().map(|k| n - k as u64).sum();
+    // A line of identity that is counted is recurrent anyway.
+    let identity = if pairs.offsets().start > pairs.theiler {
+        n
+    } else {
+        0
+    };
+    let wanted = rate * (2 * upper + identity) as f64 - identity as f64;
+    let wanted = ((0.5 * wanted).round().max(0.0) as u64).min(upper);
+    match wanted.checked_sub(1) {
+        Some(rank) => pairs
+            .norm
+            .distance_of_extent(order_statistic(pairs, upper, rank)),
+        None => 0.0,
+    }
+}
+
+/// The extent with this rank (0 the smallest) among those of the `upper` counted pairs of the
+/// upper triangle.
+///
+/// A sample of the pairs brackets it. A pass over all pairs counts those below the bracket and
+/// keeps those inside; if they are too many to keep, counts them in bins, one of which is the next
+/// bracket. Works on the bits of the extents, which are ordered like the numbers, so that a
+/// bracket can be cut until it holds a single one.
+fn order_statistic(pairs: &Pairs<'_>, upper: u64, rank: u64) -> f64 {
+    let mut bracket = Bracket::from_sample(pairs, rank as f64 / upper as f64);
+    while bracket.first < bracket.last {
+        let scan = Scan::of(pairs, bracket);
+        bracket = match rank.checked_sub(scan.below) {
+            None => Bracket {
+                first: 0,
+                last: bracket.first - 1,
+            },
+            Some(rank) if rank >= scan.inside.count() => Bracket {
+                first: bracket.last + 1,
+                last: Bracket::ALL.last,
+            },
+            Some(rank) => scan.inside.narrow(bracket, rank),
+        };
+    }
+    f64::from_bits(bracket.first)
+}
+
+/// Extents from `first` to `last`, both included, as bits.
+#[derive(Clone, Copy, Debug)]
+struct Bracket {
+    first: u64,
+    last: u64,
+}
+
+impl Bracket {
+    const ALL: Self = Self {
+        first: 0,
+        last: f64::INFINITY.to_bits(),
+    };
+    /// Bins that a bracket is cut into.
+    const BINS: usize = 1 << 16;
+
+    /// The extents between which a share of all is likely to be reached.
+    fn from_sample(pairs: &Pairs<'_>, share: f64) -> Self {
+        const DRAWS: usize = 1 << 16;
+        // Successive multiples of these, modulo 1, fill a square evenly (1/p and 1/p^2 with
+        // p^3 = p + 1).
+        const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+        let n = pairs.states as f64;
+        let state = |draw: usize, step: f64| ((draw as f64 * step).fract() * n) as usize;
+        let draws = (1..=DRAWS).map(|draw| STEPS.map(|step| state(draw, step)));
+        let counted = draws.filter(|[i, j]| pairs.offsets().contains(&i.abs_diff(*j)));
+        let mut sample: Vec<u64> = counted.map(|[i, j]| pairs.extent(i, j).to_bits()).collect();
+        sample.sort_unstable();
+        // Five standard deviations of the number drawn below.
+        let middle = share * sample.len() as f64;
+        let margin = 5.0 + 5.0 * (middle * (1.0 - share)).sqrt();
+        let at = |place: f64| sample.get(place as usize).copied();
+        Self {
+            first: if middle < margin {
+                Self::ALL.first
+            } else {
+                at(middle - margin).unwrap_or(Self::ALL.first)
+            },
+            last: at(middle + margin).unwrap_or(Self::ALL.last),
+        }
+    }
+
+    /// Bits of an extent that its place within a bin takes.
+    fn shift(self) -> u32 {
+        let bins = Self::BINS.ilog2();
+        (u64::BITS - (self.last - self.first).leading_zeros()).saturating_sub(bins)
+    }
+
+    fn bin(self, bits: u64) -> usize {
+        ((bits - self.first) >> self.shift()) as usize
+    }
+}
+
+/// The extents inside a bracket.
+enum Inside {
+    /// All of them.
+    Kept(Vec<u64>),
+    /// How many there are in each bin.
+    Binned(Vec<u64>),
+}
+
+impl Inside {
+    /// Kept at most: 8 MB, however long the signal.
+    const MOST: usize = 1 << 20;
+
+    fn add(&mut self, bracket: Bracket, bits: u64) {
+        match self {
+            Self::Kept(kept) if kept.len() < Self::MOST => kept.push(bits),
+            Self::Kept(kept) => {
+                let mut bins = vec![0; Bracket::BINS];
+                kept.iter().for_each(|&bits| bins[bracket.bin(bits)] += 1);
+                bins[bracket.bin(bits)] += 1;
+                *self = Self::Binned(bins);
+            }
+            Self::Binned(bins) => bins[bracket.bin(bits)] += 1,
+        }
+    }
+
+    fn join(self, other: Self, bracket: Bracket) -> Self {
+        match (self, other) {
+            (Self::Binned(mut a), Self::Binned(b)) => {
+                a.iter_mut().zip(b).for_each(|(sum, count)| *sum += count);
+                Self::Binned(a)
+            }
+            (mut sum, Self::Kept(kept)) | (Self::Kept(kept), mut sum) => {
+                kept.into_iter().for_each(|bits| sum.add(bracket, bits));
+                sum
+            }
+        }
+    }
+
+    fn count(&self) -> u64 {
+        match self {
+            Self::Kept(kept) => kept.len() as u64,
+            Self::Binned(bins) => bins.iter().sum(),
+        }
+    }
+
+    /// The part of the bracket that holds the extent with this rank inside.
+    fn narrow(self, bracket: Bracket, mut rank: u64) -> Bracket {
+        match self {
+            Self::Kept(mut kept) => {
+                let bits = *kept.select_nth_unstable(rank as usize).1;
+                Bracket {
+                    first: bits,
+                    last: bits,
+                }
+            }
+            Self::Binned(bins) => {
+                let mut bin = 0;
+                while rank >= bins[bin] {
+                    rank -= bins[bin];
+                    bin += 1;
+                }
+                let width = 1 << bracket.shift();
+                let first = bracket.first + bin as u64 * width;
+                Bracket {
+                    first,
+                    last: bracket.last.min(first + (width - 1)),
+                }
+            }
+        }
+    }
+}
+
+/// What a pass over all pairs finds.
+struct Scan<'a> {
+    pairs: &'a Pairs<'a>,
+    bracket: Bracket,
+    /// Pairs with an extent below the bracket.
+    below: u64,
+    inside: Inside,
+}
+
+impl<'a> Scan<'a> {
+    fn new(pairs: &'a Pairs<'a>, bracket: Bracket) -> Self {
+        Self {
+            pairs,
+            bracket,
+            below: 0,
+            inside: Inside::Kept(Vec::new()),
+        }
+    }
+
+    fn of(pairs: &'a Pairs<'a>, bracket: Bracket) -> Self {
+        let below = bracket.first.checked_sub(1).map_or(-1.0, f64::from_bits);
+        let limits = Limits::Two(f64::from_bits(bracket.last), below);
+        let new = || Self::new(pairs, bracket);
+        let scan = |mut scan: Self, piece| {
+            pairs.visit(piece, limits, &mut scan);
+            scan
+        };
+        let join = |mut a: Self, b: Self| {
+            a.below += b.below;
+            a.inside = a.inside.join(b.inside, bracket);
+            a
+        };
+        pairs
+            .pieces()
+            .into_par_iter()
+            .fold(new, scan)
+            .reduce(new, join)
+    }
+}
+
+impl Visitor for Scan<'_> {
+    #[inline(always)]
+    fn visit(&mut self, diagonal: &Diagonal<'_>) {
+        for (word, (&upto, &below)) in diagonal.upper.iter().zip(diagonal.lower).enumerate() {
+            self.below += u64::from(below.count_ones());
+            let mut inside = upto & !below;
+            while inside != 0 {
+                let i = 64 * word + inside.trailing_zeros() as usize;
+                let extent = self.pairs.extent(i, i + diagonal.offset);
+                self.inside.add(self.bracket, extent.to_bits());
+                inside &= inside - 1;
+            }
+        }
+    }
 }
