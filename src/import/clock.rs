@@ -65,24 +65,20 @@ pub(super) fn uniform(times: &[f64], resolution: f64) -> Result<(f64, f64, f64),
     let &[first, .., last] = times else {
         return Err(Problem::NoRate);
     };
-    let off_place = |index: usize, off: f64| Problem::NotUniform {
-        index,
-        time: times[index],
-        off,
-    };
     let steps = (times.len() - 1) as f64;
     let spacing = (last - first) / steps;
-    if !(spacing.is_finite() && spacing > 0.0) {
-        // Where it stands still, goes back or is no number.
-        let index = times.windows(2).position(|pair| !(pair[0] < pair[1]));
-        return Err(off_place(index.map_or(0, |i| i + 1), 1.0));
+    if let Some(before) = times.windows(2).position(|pair| !(pair[0] < pair[1])) {
+        return Err(Problem::NotRising {
+            index: before + 1,
+            time: times[before + 1],
+            before: times[before],
+        });
     }
     let tolerance = TOLERANCE + (resolution / spacing).min(COARSEST);
     for (index, &time) in times.iter().enumerate() {
         let off = ((time - first) / spacing - index as f64).abs();
-        // A time that is no number is off its place, too.
-        if !(off <= tolerance) {
-            return Err(off_place(index, off));
+        if off > tolerance {
+            return Err(Problem::NotUniform { index, time, off });
         }
     }
     let rounding = f64::EPSILON * first.abs().max(last.abs());

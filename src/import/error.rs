@@ -117,6 +117,18 @@ pub enum Problem {
         /// The names there are.
         columns: Vec<String>,
     },
+    /// Times that stand still or go back, or are no numbers.
+    #[error(
+        "time does not go on: sample {index} is at {time} s, the one before at {before} s; repair the times, or give the file without them and with --rate"
+    )]
+    NotRising {
+        /// Index of the sample, from 0.
+        index: usize,
+        /// Its time, s.
+        time: f64,
+        /// The time before, s.
+        before: f64,
+    },
     /// Times that are not evenly spaced.
     #[error(
         "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} of a sample spacing off its place; resample the signal, or give the file without its times and with --rate"
