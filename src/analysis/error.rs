@@ -54,5 +54,12 @@ pub enum AnalysisError {
     Zero {
         /// The analysis and its parameter.
         what: &'static str,
+    /// A joint histogram needs a sensible number of bins along an axis.
+    #[error("mutual information: {bins} bins along an axis; give 2 to {most}")]
+    Bins {
+        /// Bins asked for.
+        bins: usize,
+        /// The most that are possible.
+        most: usize,
     },
 }

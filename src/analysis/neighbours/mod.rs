@@ -98,6 +98,28 @@ impl<'a> NeighbourTree<'a> {
         ))
     }
 
+    /// [`NeighbourTree::nearest`] among those farther away than `radius`: the nearest that does
+    /// not (nearly) coincide with vector `i`.
+    ///
+    /// # Panics
+    /// If `i` is not below [`DelayVectors::len`].
+    pub fn nearest_beyond(
+        &self,
+        i: usize,
+        radius: f64,
+        apart: usize,
+        limit: usize,
+    ) -> Option<Neighbour> {
+        with_metric!(self.norm, M => self.arch.dispatch(
+            #[inline(always)]
+            || {
+                let mut query = Query::new(&self.vectors, apart, limit).beyond::<M>(radius);
+                query.at(i);
+                self.tree.nearest::<M>(&mut query, Best::NONE).neighbour::<M>()
+            }
+        ))
+    }
+
     /// [`NeighbourTree::nearest`] of each of the vectors `0..limit` (all of them, if there are
     /// fewer), on all cores.
     pub fn nearest_all(&self, apart: usize, limit: usize) -> Vec<Option<Neighbour>> {

@@ -45,8 +45,8 @@ impl Metric for Euclid {
     }
 
     fn reach(radius: f64) -> f64 {
-        if !(radius >= 0.0) {
-            return -1.0;
+        if radius < 0.0 {
+            return radius;
         }
         // The square is rounded; the sum sought is next to it.
         let mut sum = radius * radius;
@@ -85,6 +85,8 @@ pub(super) struct Query<'a> {
     vectors: DelayVectors<'a>,
     apart: usize,
     limit: usize,
+    /// Vectors at this distance or nearer are no neighbours; negative if all are.
+    beyond: f64,
     i: usize,
     /// The vector `i`.
     centre: Vec<f64>,
@@ -130,10 +132,17 @@ impl<'a> Query<'a> {
             vectors: *vectors,
             apart: apart.max(1),
             limit: limit.min(vectors.len()),
+            beyond: -1.0,
             i: 0,
             centre: Vec::with_capacity(vectors.dimension()),
             open: Vec::new(),
         }
+    }
+
+    /// Leaves out the vectors within the radius.
+    pub fn beyond<M: Metric>(mut self, radius: f64) -> Self {
+        self.beyond = M::reach(radius);
+        self
     }
 
     /// Asks for neighbours of vector `i`.
@@ -195,12 +204,12 @@ impl Tree {
             }
             if node.level == 0 {
                 let sums = self.distances::<M>(query, node.number);
-                if sums.iter().copied().fold(f64::INFINITY, smaller) > best.sum {
+                if sums.into_iter().fold(f64::INFINITY, smaller) > best.sum {
                     continue;
                 }
                 for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
                     let nearer = sum < best.sum || (sum == best.sum && j < best.index);
-                    if nearer && query.admits(j) {
+                    if nearer && sum > query.beyond && query.admits(j) {
                         best = Best { sum, index: j };
                     }
                 }
@@ -213,6 +222,10 @@ impl Tree {
                     }
                     let first = query.first_in(span);
                     if first == NOBODY || (sum == best.sum && first >= best.index) {
+                        continue;
+                    }
+                    if sum <= query.beyond && self.farthest::<M>(query, node, part) <= query.beyond
+                    {
                         continue;
                     }
                     query.open.push(node.part(part, sum));
@@ -295,6 +308,19 @@ impl Tree {
             }
         }
         (sums, &level.spans[node.number])
+    }
+}
+
+impl Tree {
+    /// No vector in the part of a box is farther.
+    fn farthest<M: Metric>(&self, query: &Query<'_>, node: Open, part: usize) -> f64 {
+        let dimension = query.centre.len();
+        let bounds = &self.levels[node.level - 1].bounds[node.number * dimension..][..dimension];
+        let sides = bounds.iter().zip(&query.centre).map(|(bounds, here)| {
+            let (low, high) = (bounds.low[part], bounds.high[part]);
+            larger(here - low, high - here)
+        });
+        sides.fold(0.0, M::add)
     }
 }
 
