@@ -54,6 +54,7 @@ pub enum AnalysisError {
     Zero {
         /// The analysis and its parameter.
         what: &'static str,
+    },
     /// A joint histogram needs a sensible number of bins along an axis.
     #[error("mutual information: {bins} bins along an axis; give 2 to {most}")]
     Bins {
@@ -62,4 +63,7 @@ pub enum AnalysisError {
         /// The most that are possible.
         most: usize,
     },
+    /// The signal does not move.
+    #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
+    Constant,
 }

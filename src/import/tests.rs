@@ -267,7 +267,11 @@ fn bad_text_is_told_with_its_place() {
             &[],
             "does not go on: sample 2 is at 1 s",
         ),
-        ("t,u\n0,1\nnan,1\n2,1\n", &[], "does not go on: sample 1 is at NaN"),
+        (
+            "t,u\n0,1\nnan,1\n2,1\n",
+            &[],
+            "does not go on: sample 1 is at NaN",
+        ),
         ("1\n2\n", &[], "say so with --rate HZ"),
         ("1\n2\n", &[("rate", "0")], "a rate of 0 Hz cannot be"),
         ("1\n2\n", &[("rate", "nan")], "a rate of NaN Hz cannot be"),
