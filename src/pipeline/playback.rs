@@ -97,3 +97,116 @@ impl Source for Playback {
         self.next_sample() == self.samples.len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::pipeline::message::Record;
+    use crate::pipeline::stages::synthetic::{Motion, RATE, laboratory};
+    use crate::pipeline::{Monitor, drive};
+
+    const START: f64 = -1.5;
+
+    fn playback(samples: Vec<f64>) -> Playback {
+        let info = SignalInfo {
+            source: "squeak.wav".into(),
+            column: "left".into(),
+            unit: "FS".into(),
+            start: START,
+            span: [-1.0, 1.0],
+            highest_frequency: 10e3,
+        };
+        Playback::new("a squeak", info, samples, RATE, laboratory())
+    }
+
+    fn tone(seconds: f64) -> Vec<f64> {
+        Motion::tones(seconds, &[(4003.0, 0.3, 0.2)]).velocity
+    }
+
+    #[test]
+    fn frames_hold_every_sample_once_and_in_order() {
+        for count in [0, 1, FRAME_SAMPLES, 2 * FRAME_SAMPLES + 1] {
+            let samples: Vec<f64> = (0..count).map(|k| k as f64).collect();
+            let mut source = playback(samples.clone());
+            let mut played = Vec::new();
+            while let Some(frame) = source.next_frame().unwrap() {
+                assert_eq!(frame.t0, START + played.len() as f64 / RATE);
+                assert_eq!(frame.velocity, frame.displacement);
+                played.extend(frame.displacement);
+            }
+            assert_eq!(played, samples);
+            assert!(source.is_over());
+            assert!(source.next_frame().unwrap().is_none());
+        }
+    }
+
+    #[test]
+    fn a_signal_goes_down_the_whole_road() {
+        let samples = tone(0.03);
+        let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let progress = Mutex::new(Vec::new());
+        let stop = AtomicBool::new(false);
+        let monitor = Monitor {
+            stop: &stop,
+            progress: &|time| progress.lock().unwrap().push(time),
+        };
+        let mut records: Vec<Record> = Vec::new();
+        let summary = drive(playback(samples), "analyse", &mut records, monitor).unwrap();
+        assert!((summary.simulated - 0.03).abs() < 1e-12);
+        assert_eq!((summary.real_time_factor, summary.audit), (0.0, 0.0));
+        assert_eq!(summary.peak_velocity, largest);
+        assert!((summary.peaks[0].frequency - 4003.0).abs() < 1.0);
+        assert!(!summary.interrupted);
+        let times = progress.into_inner().unwrap();
+        assert!((times.last().unwrap() - (START + 0.03)).abs() < 1e-12);
+
+        let Record::Header(header) = &records[0] else {
+            panic!("the header comes first");
+        };
+        assert_eq!(header.start(), START);
+        assert!((header.duration - 0.03).abs() < 1e-12);
+        for record in &records {
+            match record {
+                Record::Health(health) => {
+                    assert_eq!((health.real_time_factor, health.audit), (0.0, 0.0));
+                    assert_eq!((health.steps_per_ms, health.calls_per_ms), (0.0, 0.0));
+                }
+                Record::Narration { text, .. } => panic!("words on a joint: {text}"),
+                _ => {}
+            }
+        }
+        let delays = records.iter().filter(|r| matches!(r, Record::Delay { .. }));
+        assert_eq!(delays.count(), 6);
+    }
+
+    #[test]
+    fn a_section_of_modes_is_left_out_where_there_are_none() {
+        let mut analysis = laboratory();
+        let section = analysis.section.as_mut().unwrap();
+        section.surface = SectionSurface::State {
+            normal_q: vec![1.0],
+            normal_qdot: Vec::new(),
+            offset: 0.0,
+            shown: [crate::scene::StateCoordinate::Q(0); 2],
+        };
+        let info = playback(Vec::new()).info;
+        let source = Playback::new("", info, tone(0.01), RATE, analysis);
+        assert!(source.analysis().section.is_none());
+        assert!(
+            !source
+                .header("")
+                .has(crate::pipeline::message::AnalysisKind::Section)
+        );
+    }
+
+    #[test]
+    fn a_signal_without_samples_is_over_at_once() {
+        let mut records: Vec<Record> = Vec::new();
+        let summary = drive(playback(Vec::new()), "", &mut records, Monitor::default()).unwrap();
+        assert_eq!((summary.simulated, summary.interrupted), (0.0, false));
+        assert_eq!(records.len(), 2, "header and summary");
+    }
+}

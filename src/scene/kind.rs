@@ -512,12 +512,40 @@ mod tests {
         let many = OneOrMany { item: TILT };
         assert_eq!(read(&many, "0"), Ok(Numbers::One(0.0)));
         assert_eq!(read(&many, "[0, 0]"), Ok(Numbers::Many(vec![0.0, 0.0])));
+        let list = List { item: TILT };
+        assert_eq!(read(&list, "[0, 0.0]"), Ok(vec![0.0, 0.0]));
+        assert_eq!(read(&list, "[]"), Err(Mismatch::Range));
+        assert_eq!(read(&list, "0"), Err(Mismatch::Type));
         let tables = Tables { max: 2 };
         assert_eq!(read(&tables, "[{}, {}]"), Ok(2));
         assert_eq!(read(&tables, "[{}, {}, {}]"), Err(Mismatch::Range));
         assert_eq!(read(&tables, "[]"), Err(Mismatch::Range));
         assert_eq!(read(&tables, "[{}, 1]"), Err(Mismatch::Type));
         assert_eq!(read(&tables, "{}"), Err(Mismatch::Type));
+    }
+
+    #[test]
+    fn auto_is_a_word_among_numbers() {
+        let lag = AutoOr(TILT);
+        assert_eq!(read(&lag, "\"auto\""), Ok(Setting::Auto));
+        assert_eq!(read(&lag, "0"), Ok(Setting::Given(0.0)));
+        assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
+        assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
+        assert_eq!(lag.expected(), "\"auto\", or a number from -90 to 90 deg");
+    }
+
+    #[test]
+    fn coordinates_are_two_modes_counted_from_one() {
+        use StateCoordinate::{Q, Qdot};
+        let pair = |text| read(&Coordinates, text);
+        assert_eq!(pair("[\"q1\", \"qdot12\"]"), Ok([Q(0), Qdot(11)]));
+        assert_eq!(pair("[\"q1\"]"), Err(Mismatch::Type));
+        assert_eq!(pair("[\"q1\", 2]"), Err(Mismatch::Type));
+        assert_eq!(pair("[\"q0\", \"q1\"]"), Err(Mismatch::Range));
+        for wrong in ["q", "p1", "qdot", "q-1", "q1x", ""] {
+            let text = format!("[\"q1\", \"{wrong}\"]");
+            assert_eq!(pair(&text), Err(Mismatch::Choice(None)), "{wrong}");
+        }
     }
 
     #[test]

@@ -126,6 +126,7 @@ fn foreign_things_stay_in_their_room() {
         ("crossbeam_channel::", "pipeline"),
         ("faer::", "fem joint"),
         ("realfft::", "analysis"),
+        ("rustfft::", "analysis"),
         ("rayon::", "analysis"),
     ] {
         for file in rust_files(&source()) {

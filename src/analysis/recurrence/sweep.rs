@@ -191,78 +191,133 @@ impl<V: Visitor, E: Extent> WithSimd for Sweep<'_, V, E> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self(pairs, offsets, limits, visitor, extent) = self;
-        let span = (pairs.dimension - 1) * pairs.lag;
-        let stretch = STRETCH.max(8 * span).min(pairs.states);
-        let stretch = stretch.next_multiple_of(64);
-        let mut parts = vec![0.0; stretch + span];
-        let stride = pairs.states.div_ceil(64) + 1;
-        // A row for the diagonal before, then one for each of those worked on together.
-        let mut upper = vec![0; (1 + TOGETHER) * stride];
-        let mut lower = upper.clone();
-        let row = |r: usize| r * stride..(r + 1) * stride;
-
-        // Fills rows with the diagonals from `first` on.
-        let mut fill = |rows: Range<usize>, first: usize, upper: &mut [u64], lower: &mut [u64]| {
-            let length = |r: usize| pairs.states - (first + r - rows.start);
-            for start in (0..length(rows.start)).step_by(stretch) {
-                for r in rows.clone() {
-                    let offset = first + r - rows.start;
-                    let length = stretch.min(length(r).saturating_sub(start));
-                    if length == 0 {
-                        continue;
-                    }
-                    let piece = Stretch(pairs, offset, start, length);
-                    let words = start / 64..(start + length).div_ceil(64);
-                    let upper = &mut upper[row(r)][words.clone()];
-                    let lower = &mut lower[row(r)][words];
-                    piece.fill(simd, extent, limits, &mut parts, upper, lower);
-                }
-            }
-            // What a longer diagonal has left behind.
-            for r in rows.clone() {
-                let used = length(r).div_ceil(64);
-                upper[row(r)][used..].fill(0);
-                lower[row(r)][used..].fill(0);
-            }
-        };
-
-        if offsets.start > pairs.theiler {
-            fill(0..1, offsets.start - 1, &mut upper, &mut lower);
-        }
-        for first in offsets.clone().step_by(TOGETHER) {
-            let count = TOGETHER.min(offsets.end - first);
-            fill(1..count + 1, first, &mut upper, &mut lower);
+        let mut board = Board::new(pairs);
+        // The diagonal before the first, if it counts, is worked out with the first ones.
+        let mut known = usize::from(offsets.start <= pairs.theiler);
+        let mut first = offsets.start - 1;
+        while first + 1 < offsets.end {
+            let count = TOGETHER.min(offsets.end - first - 1);
+            board.fill(simd, extent, limits, pairs, first, known..count + 1);
+            known = 1;
             for r in 1..=count {
                 visitor.visit(&Diagonal {
-                    offset: first + r - 1,
-                    upper: &upper[row(r)],
-                    lower: &lower[row(r)],
-                    upper_before: &upper[row(r - 1)],
-                    lower_before: &lower[row(r - 1)],
+                    offset: first + r,
+                    upper: &board.upper[board.row(r)],
+                    lower: &board.lower[board.row(r)],
+                    upper_before: &board.upper[board.row(r - 1)],
+                    lower_before: &board.lower[board.row(r - 1)],
                 });
             }
-            upper.copy_within(row(count), 0);
-            lower.copy_within(row(count), 0);
+            let last = board.row(count);
+            board.upper.copy_within(last.clone(), 0);
+            board.lower.copy_within(last, 0);
+            first += count;
         }
     }
 }
 
-/// A piece of a diagonal: its offset, where it begins and how many pairs it has.
-struct Stretch<'a>(&'a Pairs<'a>, usize, usize, usize);
+/// The bits of successive diagonals.
+struct Board {
+    /// Words of a row.
+    stride: usize,
+    /// A row for the diagonal before, then one for each of those worked on together.
+    upper: Vec<u64>,
+    lower: Vec<u64>,
+    /// States along a diagonal worked on at a time.
+    stretch: usize,
+    /// Workspace: the parts of the extents along a stretch.
+    parts: Vec<f64>,
+}
 
-impl Stretch<'_> {
+impl Board {
+    fn new(pairs: &Pairs<'_>) -> Self {
+        let span = (pairs.dimension - 1) * pairs.lag;
+        let stretch = STRETCH.max(8 * span).min(pairs.states);
+        let stretch = stretch.next_multiple_of(64);
+        let stride = pairs.states.div_ceil(64) + 1;
+        let bits = vec![0; (1 + TOGETHER) * stride];
+        Self {
+            stride,
+            upper: bits.clone(),
+            lower: bits,
+            stretch,
+            parts: vec![0.0; stretch + span],
+        }
+    }
+
+    #[inline(always)]
+    fn row(&self, r: usize) -> Range<usize> {
+        r * self.stride..(r + 1) * self.stride
+    }
+
+    /// Fills these rows; row `r` with the diagonal `first + r`.
+    #[inline(always)]
+    fn fill<S: Simd, E: Extent>(
+        &mut self,
+        simd: S,
+        extent: E,
+        limits: Limits<'_>,
+        pairs: &Pairs<'_>,
+        first: usize,
+        rows: Range<usize>,
+    ) {
+        for start in (0..pairs.states - (first + rows.start)).step_by(self.stretch) {
+            for r in rows.clone() {
+                let left = (pairs.states - (first + r)).saturating_sub(start);
+                let piece = Stretch {
+                    offset: first + r,
+                    start,
+                    length: left.min(self.stretch),
+                };
+                if piece.length > 0 {
+                    let words = self.row(r).start + start / 64..;
+                    let upper = &mut self.upper[words.clone()][..piece.length.div_ceil(64)];
+                    let lower = &mut self.lower[words][..piece.length.div_ceil(64)];
+                    piece.fill(simd, extent, limits, pairs, &mut self.parts, upper, lower);
+                }
+            }
+        }
+        // What a longer diagonal has left behind.
+        for r in rows {
+            let used = (pairs.states - (first + r)).div_ceil(64);
+            let left = self.row(r).start + used..self.row(r).end;
+            self.upper[left.clone()].fill(0);
+            self.lower[left].fill(0);
+        }
+    }
+}
+
+/// A piece of a diagonal.
+struct Stretch {
+    offset: usize,
+    /// The first pair.
+    start: usize,
+    /// The number of pairs.
+    length: usize,
+}
+
+impl Stretch {
     /// Fills words with the bits of the piece; those beyond its end are zero.
     #[inline(always)]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "what to compare, with what, and where to"
+    )]
     fn fill<S: Simd, E: Extent>(
         self,
         simd: S,
         extent: E,
         limits: Limits<'_>,
+        pairs: &Pairs<'_>,
         parts: &mut [f64],
         upper: &mut [u64],
         lower: &mut [u64],
     ) {
-        let Self(pairs, offset, start, length) = self;
+        let Self {
+            offset,
+            start,
+            length,
+        } = self;
         let span = (pairs.dimension - 1) * pairs.lag;
         let here = &pairs.samples[start..][..length + span];
         let there = &pairs.samples[start + offset..][..length + span];

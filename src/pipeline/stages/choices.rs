@@ -84,3 +84,68 @@ impl Unfolding {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{FalseNeighbours, LagReason, MutualInformation};
+
+    fn choice(lag: usize, dimension: usize) -> DelayChoice {
+        DelayChoice {
+            lag,
+            reason: LagReason::FirstMinimum,
+            dimension,
+            unfolded: true,
+            theiler: 1,
+            mutual: MutualInformation {
+                bins: 2,
+                bits: Vec::new(),
+            },
+            neighbours: FalseNeighbours {
+                lag,
+                share: Vec::new(),
+                judged: Vec::new(),
+            },
+        }
+    }
+
+    #[test]
+    fn a_choice_holds_from_its_instant_until_the_next() {
+        let mut choices = Choices::default();
+        choices.note(100, &choice(7, 3));
+        choices.note(200, &choice(7, 3));
+        choices.note(300, &choice(9, 4));
+        assert_eq!(choices.made.len(), 2);
+        let lag = |seen| choices.at(seen).map(|embedding| embedding.lag);
+        assert_eq!(
+            [lag(99), lag(100), lag(299), lag(300)],
+            [None, Some(7), Some(7), Some(9)]
+        );
+    }
+
+    #[test]
+    fn what_is_given_is_not_chosen() {
+        let mut choices = Choices::default();
+        let spec = |lag, dimension| EmbeddingSpec { lag, dimension };
+        let given = spec(Setting::Given(60e-6), Setting::Given(5));
+        let given = Unfolding::new(&given, None, 200e3).at(0, &choices);
+        assert_eq!(
+            given,
+            Some(Embedding {
+                lag: 12,
+                dimension: 5
+            })
+        );
+        let half = spec(Setting::Auto, Setting::Given(5));
+        let half = Unfolding::new(&half, None, 200e3);
+        assert_eq!(half.at(10, &choices), None);
+        choices.note(10, &choice(7, 3));
+        assert_eq!(
+            half.at(10, &choices),
+            Some(Embedding {
+                lag: 7,
+                dimension: 5
+            })
+        );
+    }
+}

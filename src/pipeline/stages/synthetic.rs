@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
-use crate::analysis::{Norm, Threshold};
+use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordinate, Subject};
 use crate::scene::{
-    AnalysisSpec, EmbeddingSpec, NearnessSpec, RecurrenceSpec, Setting, SlidingSpec,
-    SpectrogramSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
+    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
 };
 
 /// Sample rate of all synthetic runs, Hz.
@@ -32,6 +32,59 @@ pub fn analyses() -> AnalysisSpec {
             nearness: nearness(Threshold::Rate(0.05)),
         }),
         ..AnalysisSpec::default()
+    }
+}
+
+/// All analyses; delay and dimension are the signal's own where they can be.
+pub fn laboratory() -> AnalysisSpec {
+    let embedding = EmbeddingSpec {
+        lag: Setting::Auto,
+        dimension: Setting::Auto,
+    };
+    AnalysisSpec {
+        delay: Some(DelaySpec {
+            sliding: sliding(8e-3, 4e-3),
+            largest_lag: 150e-6,
+            largest_dimension: 5,
+            bins: 16,
+            false_share: 0.01,
+        }),
+        recurrence: Some(RecurrenceSpec {
+            sliding: sliding(2e-3, 2e-3),
+            size: 100,
+            embedding,
+            nearness: nearness(Threshold::Rate(0.05)),
+        }),
+        quantification: Some(QuantificationSpec {
+            // 61 states, told every 30.5.
+            sliding: sliding(1.22e-3, 0.61e-3),
+            step: 20e-6,
+            embedding,
+            nearness: nearness(Threshold::Spread(0.3)),
+            theiler: 60e-6,
+            least_diagonal: 5,
+            least_vertical: 2,
+        }),
+        section: Some(SectionSpec {
+            every: 0.7525e-3,
+            surface: SectionSurface::Delay {
+                lag: Setting::Auto,
+                level: 0.0,
+            },
+            direction: Direction::Rising,
+        }),
+        chaos: Some(ChaosSpec {
+            sliding: sliding(8e-3, 5e-3),
+            embedding,
+            theiler: 0.25e-3,
+            horizon: 1e-3,
+            method: DivergenceMethod::Rosenstein,
+        }),
+        regime: Some(RegimeSpec {
+            sliding: sliding(10e-3, 5e-3),
+            silence: 1e-12,
+        }),
+        ..analyses()
     }
 }
 
