@@ -2,6 +2,7 @@
 
 mod counts;
 mod measures;
+mod period;
 mod plot;
 mod quantify;
 mod sweep;

@@ -134,6 +134,22 @@ impl<'a> Pairs<'a> {
             Norm::Manhattan => arch.dispatch(Sweep(self, offsets, limits, visitor, Sum)),
         }
     }
+
+    /// [`Pairs::visit`] without vector instructions.
+    #[cfg(test)]
+    pub fn visit_portably(
+        &self,
+        offsets: Range<usize>,
+        limits: Limits<'_>,
+        visitor: &mut impl Visitor,
+    ) {
+        let simd = pulp::Scalar::new();
+        match self.norm {
+            Norm::Euclidean => Sweep(self, offsets, limits, visitor, SumOfSquares).with_simd(simd),
+            Norm::Maximum => Sweep(self, offsets, limits, visitor, Largest).with_simd(simd),
+            Norm::Manhattan => Sweep(self, offsets, limits, visitor, Sum).with_simd(simd),
+        }
+    }
 }
 
 /// How an extent is put together: [`Norm::extent`] for vectors.

@@ -142,9 +142,16 @@ fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
 /// bracket. Works on the bits of the extents, which are ordered like the numbers, so that a
 /// bracket can be cut until it holds a single one.
 fn order_statistic(pairs: &Pairs<'_>, upper: u64, rank: u64) -> f64 {
-    let mut bracket = Bracket::from_sample(pairs, rank as f64 / upper as f64);
+    /// 8 MB, however long the signal.
+    const KEPT: usize = 1 << 20;
+    let bracket = Bracket::from_sample(pairs, rank as f64 / upper as f64);
+    narrow_down(pairs, bracket, rank, KEPT)
+}
+
+/// The extent with this rank, from any bracket, keeping at most so many.
+fn narrow_down(pairs: &Pairs<'_>, mut bracket: Bracket, rank: u64, most: usize) -> f64 {
     while bracket.first < bracket.last {
-        let scan = Scan::of(pairs, bracket);
+        let scan = Scan::of(pairs, bracket, most);
         bracket = match rank.checked_sub(scan.below) {
             None => Bracket {
                 first: 0,
@@ -221,12 +228,9 @@ enum Inside {
 }
 
 impl Inside {
-    /// Kept at most: 8 MB, however long the signal.
-    const MOST: usize = 1 << 20;
-
-    fn add(&mut self, bracket: Bracket, bits: u64) {
+    fn add(&mut self, bracket: Bracket, most: usize, bits: u64) {
         match self {
-            Self::Kept(kept) if kept.len() < Self::MOST => kept.push(bits),
+            Self::Kept(kept) if kept.len() < most => kept.push(bits),
             Self::Kept(kept) => {
                 let mut bins = vec![0; Bracket::BINS];
                 kept.iter().for_each(|&bits| bins[bracket.bin(bits)] += 1);
@@ -237,14 +241,15 @@ impl Inside {
         }
     }
 
-    fn join(self, other: Self, bracket: Bracket) -> Self {
+    fn join(self, other: Self, bracket: Bracket, most: usize) -> Self {
         match (self, other) {
             (Self::Binned(mut a), Self::Binned(b)) => {
                 a.iter_mut().zip(b).for_each(|(sum, count)| *sum += count);
                 Self::Binned(a)
             }
             (mut sum, Self::Kept(kept)) | (Self::Kept(kept), mut sum) => {
-                kept.into_iter().for_each(|bits| sum.add(bracket, bits));
+                kept.into_iter()
+                    .for_each(|bits| sum.add(bracket, most, bits));
                 sum
             }
         }
@@ -288,32 +293,35 @@ impl Inside {
 struct Scan<'a> {
     pairs: &'a Pairs<'a>,
     bracket: Bracket,
+    /// Extents kept at most.
+    most: usize,
     /// Pairs with an extent below the bracket.
     below: u64,
     inside: Inside,
 }
 
 impl<'a> Scan<'a> {
-    fn new(pairs: &'a Pairs<'a>, bracket: Bracket) -> Self {
+    fn new(pairs: &'a Pairs<'a>, bracket: Bracket, most: usize) -> Self {
         Self {
             pairs,
             bracket,
+            most,
             below: 0,
             inside: Inside::Kept(Vec::new()),
         }
     }
 
-    fn of(pairs: &'a Pairs<'a>, bracket: Bracket) -> Self {
+    fn of(pairs: &'a Pairs<'a>, bracket: Bracket, most: usize) -> Self {
         let below = bracket.first.checked_sub(1).map_or(-1.0, f64::from_bits);
         let limits = Limits::Two(f64::from_bits(bracket.last), below);
-        let new = || Self::new(pairs, bracket);
+        let new = || Self::new(pairs, bracket, most);
         let scan = |mut scan: Self, piece| {
             pairs.visit(piece, limits, &mut scan);
             scan
         };
         let join = |mut a: Self, b: Self| {
             a.below += b.below;
-            a.inside = a.inside.join(b.inside, bracket);
+            a.inside = a.inside.join(b.inside, bracket, most);
             a
         };
         pairs
@@ -333,9 +341,131 @@ impl Visitor for Scan<'_> {
             while inside != 0 {
                 let i = 64 * word + inside.trailing_zeros() as usize;
                 let extent = self.pairs.extent(i, i + diagonal.offset);
-                self.inside.add(self.bracket, extent.to_bits());
+                self.inside.add(self.bracket, self.most, extent.to_bits());
                 inside &= inside - 1;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::quantify;
+    use crate::analysis::test_signals::{noise, sines};
+
+    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceRule {
+        RecurrenceRule {
+            norm,
+            threshold,
+            theiler,
+        }
+    }
+
+    /// All extents of the upper triangle, sorted.
+    fn extents(pairs: &Pairs<'_>) -> Vec<f64> {
+        let of_offset = |k: usize| (0..pairs.states - k).map(move |i| pairs.extent(i, i + k));
+        let mut extents: Vec<f64> = pairs.offsets().flat_map(of_offset).collect();
+        extents.sort_by(f64::total_cmp);
+        extents
+    }
+
+    #[test]
+    fn the_distance_of_a_rate_is_the_smallest_that_reaches_it() {
+        let signal = noise(2, 700, 1.0);
+        let vectors = DelayVectors::new(&signal, 7, 5).unwrap();
+        for norm in [Norm::Euclidean, Norm::Maximum, Norm::Manhattan] {
+            for theiler in [0, 1, 40] {
+                for rate in [1e-4, 0.01, 0.05, 0.3, 0.999, 1.0] {
+                    let by_rate = rule(norm, Threshold::Rate(rate), theiler);
+                    let distance = find_threshold(&vectors, &by_rate).unwrap();
+                    let reached = |distance| {
+                        let rule = rule(norm, Threshold::Distance(distance), theiler);
+                        quantify(&vectors, &rule).unwrap()
+                    };
+                    let counts = reached(distance);
+                    if distance > 0.0 {
+                        let wanted = rate * counts.pairs() as f64;
+                        let below = reached(distance.next_down()).recurrent;
+                        // Pairs come in twos.
+                        assert!(counts.recurrent as f64 >= wanted - 1.0, "{by_rate:?}");
+                        assert!((below as f64) < wanted + 1.0, "{by_rate:?}");
+                        // No two sums over noise are equal.
+                        if norm != Norm::Maximum {
+                            assert_eq!(counts.recurrent - below, 2, "{by_rate:?}");
+                        }
+                    }
+                    assert_eq!(counts, quantify(&vectors, &by_rate).unwrap());
+                }
+            }
+        }
+    }
+
+    /// The way over the sample and over the bins, against sorting everything.
+    #[test]
+    fn order_statistics_are_exact_whatever_the_ties() {
+        let rough = noise(4, 520, 1.0);
+        let tied: Vec<f64> = rough.iter().map(|x| (3.0 * x).round()).collect();
+        let smooth = sines(1.0, 520, &[(0.01, 1.0, 0.0)]);
+        for signal in [rough, tied, smooth, vec![0.0; 520]] {
+            let vectors = DelayVectors::new(&signal, 3, 4).unwrap();
+            let pairs = Pairs::new(&vectors, Norm::Euclidean, 1);
+            let extents = extents(&pairs);
+            let last = extents.len() - 1;
+            for rank in [0, 1, 700, last / 20, last / 2, last - 1, last] {
+                let found = order_statistic(&pairs, extents.len() as u64, rank as u64);
+                assert_eq!(found, extents[rank], "{rank}");
+                // Any bracket leads there, also one that misses.
+                for bracket in [Bracket::ALL, Bracket { first: 1, last: 2 }] {
+                    let found = narrow_down(&pairs, bracket, rank as u64, 100);
+                    assert_eq!(found, extents[rank], "{rank} {bracket:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_spread_is_a_multiple_of_the_standard_deviation() {
+        let signal = [1.0, -1.0, 1.0, -1.0, 3.0, -3.0];
+        let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
+        let spread = rule(Norm::Maximum, Threshold::Spread(0.5), 1);
+        let distance = find_threshold(&vectors, &spread).unwrap();
+        assert_eq!(distance, 0.5 * (22.0_f64 / 6.0).sqrt());
+    }
+
+    #[test]
+    fn each_column_has_its_neighbours() {
+        let signal = noise(6, 150, 1.0);
+        let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
+        for theiler in [1, 10] {
+            let neighbours = rule(Norm::Euclidean, Threshold::Neighbours(7), theiler);
+            let counts = quantify(&vectors, &neighbours).unwrap();
+            assert_eq!(counts.recurrent, 7 * 149);
+        }
+        let all = rule(Norm::Euclidean, Threshold::Neighbours(1000), 1);
+        let counts = quantify(&vectors, &all).unwrap();
+        assert_eq!(counts.recurrent, counts.pairs());
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_refused() {
+        let signal = [0.0, 1.0, 2.0];
+        let vectors = DelayVectors::new(&signal, 1, 1).unwrap();
+        for threshold in [
+            Threshold::Distance(-1.0),
+            Threshold::Distance(f64::NAN),
+            Threshold::Spread(-0.1),
+            Threshold::Spread(f64::INFINITY),
+            Threshold::Rate(-0.1),
+            Threshold::Rate(1.1),
+            Threshold::Rate(f64::NAN),
+            Threshold::Neighbours(0),
+        ] {
+            let rule = rule(Norm::Euclidean, threshold, 1);
+            assert!(quantify(&vectors, &rule).is_err(), "{threshold:?}");
+            assert!(find_threshold(&vectors, &rule).is_err(), "{threshold:?}");
+        }
+        let neighbours = rule(Norm::Euclidean, Threshold::Neighbours(1), 1);
+        assert!(find_threshold(&vectors, &neighbours).is_err());
     }
 }
