@@ -119,7 +119,11 @@ fn draw_panel(cell: &Area<'_>, panel: &Panel, pictures: &mut String) -> Result<(
     let has_bars = panel.marks.iter().any(|m| matches!(m, Mark::Bars { .. }));
     let ([left, right], [low, high]) = (panel.x.ends(), panel.y.ends());
     let title = font(13.0, true, style::INK).pos(Pos::new(HPos::Left, VPos::Top));
-    cell.draw(&Text::new(panel.title.clone(), (units(18.0), units(2.0)), title))?;
+    cell.draw(&Text::new(
+        panel.title.clone(),
+        (units(18.0), units(2.0)),
+        title,
+    ))?;
     let mut chart = ChartBuilder::on(cell)
         .margin_left(units(10.0))
         .margin_right(units(22.0))
