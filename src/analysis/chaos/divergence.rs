@@ -167,6 +167,7 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
         DivergenceMethod::Rosenstein => Norm::Euclidean,
         DivergenceMethod::Kantz { .. } => Norm::Maximum,
     };
+    let unit = Some(largest(samples)).filter(|l| *l > 0.0).unwrap_or(1.0);
     let follower = Follower {
         samples,
         search,
@@ -174,7 +175,7 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
         limit,
         tree: NeighbourTree::new(vectors, norm),
         deviation: deviation(samples),
-        rounding: ROUNDING * largest(samples),
+        unit,
         arch: Arch::new(),
     };
     let blocks: Vec<Tally> = (0..BLOCKS)
@@ -184,7 +185,7 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
             follower.follow(mine.map(|r| r * limit / references))
         })
         .collect();
-    let mut all = Tally::new(search.horizon);
+    let mut all = Tally::new(search.horizon, unit);
     blocks.iter().for_each(|block| all.add(block));
     let curve = all.means();
     let blocks: Vec<Vec<f64>> = blocks.iter().map(Tally::means).collect();
@@ -202,29 +203,61 @@ fn deviation(samples: &[f64]) -> f64 {
     (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt()
 }
 
+/// So many distances are multiplied before the logarithm of the product is taken: one for each
+/// would take most of the time. Each is above [`ROUNDING`] in the unit, so that no product is
+/// below 1e-192.
+const FACTORS: usize = 16;
+
 /// Sums of logarithms, by step.
 struct Tally {
+    arch: Arch,
+    /// The largest sample; distances are counted over it.
+    unit: f64,
+    /// Logarithms of distances over the unit.
     sums: Vec<f64>,
     counts: Vec<usize>,
+    /// Distances over the unit that are in no sum yet, multiplied.
+    products: Vec<f64>,
+    /// How many factors they have at most.
+    factors: usize,
 }
 
 impl Tally {
-    fn new(horizon: usize) -> Self {
+    fn new(horizon: usize, unit: f64) -> Self {
         Self {
+            arch: Arch::new(),
+            unit,
             sums: vec![0.0; horizon + 1],
             counts: vec![0; horizon + 1],
+            products: vec![1.0; horizon + 1],
+            factors: 0,
         }
     }
 
-    /// Counts the logarithms of the distances above `rounding`.
-    fn count(&mut self, distances: &[f64], rounding: f64) {
-        let places = self.sums.iter_mut().zip(&mut self.counts);
-        for ((sum, count), &distance) in places.zip(distances) {
-            if distance > rounding {
-                *sum += distance.ln();
-                *count += 1;
+    /// Counts the distances above rounding.
+    fn count(&mut self, distances: &[f64]) {
+        let over_unit = 1.0 / self.unit;
+        self.arch.dispatch(|| {
+            let places = self.products.iter_mut().zip(&mut self.counts);
+            for ((product, count), &distance) in places.zip(distances) {
+                let distance = distance * over_unit;
+                let counts = distance > ROUNDING;
+                *product *= if counts { distance } else { 1.0 };
+                *count += usize::from(counts);
             }
+        });
+        self.factors += 1;
+        if self.factors == FACTORS {
+            self.close();
         }
+    }
+
+    /// Takes the products into the sums.
+    fn close(&mut self) {
+        for (sum, product) in self.sums.iter_mut().zip(&mut self.products) {
+            *sum += std::mem::replace(product, 1.0).ln();
+        }
+        self.factors = 0;
     }
 
     fn add(&mut self, other: &Tally) {
@@ -240,7 +273,9 @@ impl Tally {
     fn means(&self) -> Vec<f64> {
         let both = self.sums.iter().zip(&self.counts);
         let counted = both.take_while(|(_, count)| **count > 0);
-        counted.map(|(sum, count)| sum / *count as f64).collect()
+        let unit = self.unit.ln();
+        let mean = |(sum, count): (&f64, &usize)| unit + sum / *count as f64;
+        counted.map(mean).collect()
     }
 }
 
@@ -254,14 +289,14 @@ struct Follower<'a> {
     tree: NeighbourTree<'a>,
     /// Standard deviation of the samples.
     deviation: f64,
-    /// Distances up to this are none.
-    rounding: f64,
+    /// The largest sample; 1 if all are 0.
+    unit: f64,
     arch: Arch,
 }
 
 impl Follower<'_> {
     fn follow(&self, references: impl Iterator<Item = usize>) -> Tally {
-        let mut tally = Tally::new(self.search.horizon);
+        let mut tally = Tally::new(self.search.horizon, self.unit);
         let mut distances = vec![0.0; self.search.horizon + 1];
         match self.search.method {
             DivergenceMethod::Rosenstein => {
@@ -269,7 +304,7 @@ impl Follower<'_> {
                 for i in references {
                     if let Some(near) = self.tree.nearest(i, self.apart, self.limit) {
                         self.vector_distances(i, near.index, &mut squares, &mut distances);
-                        tally.count(&distances, self.rounding);
+                        tally.count(&distances);
                     }
                 }
             }
@@ -282,11 +317,12 @@ impl Follower<'_> {
                         .within(i, radius, self.apart, self.limit, |n| near.push(n.index));
                     if near.len() >= FEWEST_NEIGHBOURS {
                         self.mean_sample_distances(i, &near, &mut distances);
-                        tally.count(&distances, self.rounding);
+                        tally.count(&distances);
                     }
                 }
             }
         }
+        tally.close();
         tally
     }
 

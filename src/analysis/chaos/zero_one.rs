@@ -21,11 +21,13 @@
 //! What it does not do:
 //!
 //! * It does not tell noise from chaos: white noise gives 1. It is for signals known, or shown
-//!   otherwise, to obey a law.
+//!   otherwise, to obey a law. Noise on a tone adds up the more the longer one looks: with a
+//!   deviation of 3 % of the tone's the answer is 0.03 after 1000 samples, 0.2 after 5000 and 0.5
+//!   after 20,000, with 10 % it is 0.4, 0.9 and 0.99.
 //! * A finely sampled flow looks regular, chaotic or not, because what one sample does to the
 //!   point the next ones undo. Take every so many samples only: see [`ZeroOneTest::stride_for`].
-//! * Weak chaos, and a torus seen for less than many turns, give anything between 0 and 1. More
-//!   samples move the answer to one end.
+//! * Weak chaos, and a torus seen for less than many turns, give anything between 0 and 1. For
+//!   signals without noise more samples move the answer to one end.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
