@@ -19,6 +19,24 @@ pub enum Threshold {
     Neighbours(usize),
 }
 
+impl Threshold {
+    /// The threshold itself, if it is within its range.
+    pub(super) fn check(self) -> Result<Self, AnalysisError> {
+        let (right, what) = match self {
+            Self::Distance(distance) => (distance >= 0.0, "a distance must be at least 0"),
+            Self::Spread(times) => (
+                times >= 0.0 && times.is_finite(),
+                "a spread must be finite and at least 0",
+            ),
+            Self::Rate(rate) => ((0.0..=1.0).contains(&rate), "a rate must be from 0 to 1"),
+            Self::Neighbours(wanted) => (wanted > 0, "ask for at least one neighbour"),
+        };
+        right
+            .then_some(self)
+            .ok_or(AnalysisError::Threshold { what })
+    }
+}
+
 /// Which pairs of states are recurrent, and which count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecurrenceRule {
@@ -74,26 +92,17 @@ impl Nearness {
     }
 
     pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
-        let refuse = |what| Err(AnalysisError::Threshold { what });
-        match threshold {
-            Threshold::Distance(distance) if distance >= 0.0 => Ok(Self::Everywhere(distance)),
-            Threshold::Distance(_) => refuse("a distance must be at least 0"),
-            Threshold::Spread(times) if times >= 0.0 && times.is_finite() => {
-                Ok(Self::Everywhere(times * deviation(pairs.samples)))
-            }
-            Threshold::Spread(_) => refuse("a spread must be finite and at least 0"),
-            Threshold::Rate(rate) if (0.0..=1.0).contains(&rate) => {
-                Ok(Self::Everywhere(distance_for_rate(pairs, rate)))
-            }
-            Threshold::Rate(_) => refuse("a rate must be from 0 to 1"),
-            Threshold::Neighbours(0) => refuse("ask for at least one neighbour"),
-            Threshold::Neighbours(wanted) => Ok(Self::Columns(extents_of_columns(pairs, wanted))),
-        }
+        Ok(match threshold.check()? {
+            Threshold::Distance(distance) => Self::Everywhere(distance),
+            Threshold::Spread(times) => Self::Everywhere(times * deviation(pairs.samples)),
+            Threshold::Rate(rate) => Self::Everywhere(distance_for_rate(pairs, rate)),
+            Threshold::Neighbours(wanted) => Self::Columns(extents_of_columns(pairs, wanted)),
+        })
     }
 }
 
 /// Population standard deviation.
-fn deviation(samples: &[f64]) -> f64 {
+pub(super) fn deviation(samples: &[f64]) -> f64 {
     let mean_of = |sum: f64| sum / samples.len() as f64;
     let mean = mean_of(samples.iter().sum());
     mean_of(samples.iter().map(|x| (x - mean) * (x - mean)).sum()).sqrt()
