@@ -6,16 +6,22 @@ use rerun::RecordingStream;
 
 use super::{
     body::Body,
+    chaos::Chaos,
+    delay::Delay,
     error::RecordError,
     patch::Patch,
     paths,
     portrait::{self, Embedding, Portrait},
+    quantification::Quantification,
     recurrence::{Picture, Recurrence},
+    regime::{self, Regimes},
     samples::{self, Samples, Waveform},
+    section::Section,
     spectrum::{self, Spectrogram, SpectrumPlot},
     text,
 };
 use crate::{
+    analysis::Verdict,
     pipeline::message::{Frame, Header, Record, Subject},
     scene::RecordSpec,
 };
@@ -25,10 +31,15 @@ use crate::{
 pub struct Encoder {
     header: Arc<Header>,
     frames: Frames,
-    embedding: Embedding,
     spectrum: SpectrumPlot,
     spectrogram: Spectrogram,
     recurrence: Recurrence,
+    embedding: Embedding,
+    delay: Delay,
+    quantification: Quantification,
+    section: Section,
+    chaos: Chaos,
+    regimes: Regimes,
 }
 
 /// What frames of samples draw.
@@ -107,12 +118,18 @@ impl Encoder {
         text::log_about(rec, &header)?;
         let spectrum = spectrum::spectrum_plot(&header);
         spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
+        let subject = &header.subject;
         Ok(Self {
             frames: Frames::new(rec, &header, spec)?,
-            embedding: Embedding::new(&header.subject),
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(rec, &header.subject)?,
+            recurrence: Recurrence::new(rec, subject)?,
+            embedding: Embedding::new(subject),
+            delay: Delay::default(),
+            quantification: Quantification::default(),
+            section: Section::new(rec, &header)?,
+            chaos: Chaos::new(rec, subject)?,
+            regimes: Regimes::new(rec)?,
             header,
         })
     }
@@ -159,11 +176,29 @@ impl Encoder {
                 },
             ),
             Record::Embedding { time, points } => self.embedding.draw(rec, *time, points),
-            Record::Delay { .. }
-            | Record::Quantification { .. }
-            | Record::Section { .. }
-            | Record::Chaos { .. }
-            | Record::Regime { .. } => Ok(()),
+            Record::Delay {
+                time, dt, choice, ..
+            } => self.delay.draw(rec, *time, *dt, choice),
+            Record::Quantification {
+                time,
+                dt,
+                measures,
+                period,
+                ..
+            } => self.quantification.draw(rec, *time, *dt, measures, *period),
+            Record::Section { time, points } => self.section.push(rec, *time, points),
+            Record::Chaos {
+                time,
+                dt,
+                divergence,
+                zero_one,
+                ..
+            } => self.chaos.draw(rec, *time, *dt, divergence, zero_one),
+            Record::Regime {
+                time,
+                window,
+                verdict,
+            } => self.draw_regime(rec, *time, *window, verdict),
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
                 Frames::Joint { .. } => samples::log_health(rec, health),
@@ -171,7 +206,23 @@ impl Encoder {
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
             Record::Warning { time, text } => text::warn(rec, *time, text),
-            Record::Summary(summary) => text::summarise(rec, summary),
+            Record::Summary(summary) => text::summarise(rec, &self.header, summary),
+        }
+    }
+
+    /// The verdict; of a signal, which has no narrator, it is also what is being seen.
+    fn draw_regime(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        window: f64,
+        verdict: &Verdict,
+    ) -> Result<(), RecordError> {
+        let header = &self.header;
+        self.regimes.draw(rec, header, time, window, verdict)?;
+        match header.subject {
+            Subject::Joint(_) => Ok(()),
+            Subject::Signal(_) => text::narrate(rec, header, time, &regime::words(verdict)),
         }
     }
 

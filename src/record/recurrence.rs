@@ -6,8 +6,8 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, Points2D, Radius, RecordingStream, SegmentationImage, Transform3D,
-    components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, RecordingStream, SegmentationImage, Transform3D, components::ImageFormat,
+    datatypes::ChannelDatatype,
 };
 
 use super::{
@@ -15,7 +15,7 @@ use super::{
     paths,
     plot::{Axis, Bounds, Plot},
     stream,
-    style::{self, ColorMap, Quantity, short},
+    style::{ColorMap, Quantity, short},
 };
 use crate::pipeline::message::Subject;
 
@@ -122,11 +122,12 @@ impl Recurrence {
             picture.dimension,
             short(1e6 * picture.lag),
         );
-        let caption = Points2D::new([[0.5 * SIDE, -36.0]])
-            .with_labels([words])
-            .with_colors([style::AXIS])
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, paths::RECURRENCE_CAPTION, picture.time, &caption)
+        Self::plot(picture.window).draw_caption(
+            rec,
+            paths::RECURRENCE_CAPTION,
+            picture.time,
+            &words,
+        )
     }
 }
 
