@@ -404,8 +404,8 @@ fn values_must_fit_together() {
             ":8: `analysis.quantification.window_ms`: theiler_us reach over 12 ms",
         ),
         (
-            "[analysis.quantification]\nneighbours = 994\n",
-            ":7: `analysis.quantification.neighbours`: 994 neighbours among 994 states",
+            "[analysis.quantification]\nneighbours = 1988\n",
+            ":7: `analysis.quantification.neighbours`: 1988 neighbours among 1988 states",
         ),
         (
             "[analysis.section]\noffset_um = 1\n",
@@ -432,7 +432,7 @@ fn values_must_fit_together() {
             ":6: `analysis.section.shown` is missing",
         ),
         (
-            "[analysis.chaos]\nhorizon_ms = 20\n",
+            "[analysis.chaos]\nhorizon_ms = 45\n",
             ":7: `analysis.chaos.window_ms`",
         ),
         (

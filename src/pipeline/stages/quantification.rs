@@ -101,7 +101,7 @@ impl Stage for QuantificationStage {
                 dt: *dt,
                 threshold,
                 measures: counts.measures(*least_diagonal, *least_vertical, RateBase::Counted),
-                period: None,
+                period: counts.period().map(|states| states * *dt),
             })
         })
     }

@@ -51,3 +51,51 @@ impl Stage for RegimeStage {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::Regime;
+    use crate::pipeline::{Monitor, run};
+    use crate::scene::Scene;
+
+    /// The verdicts on a scene that comes with the program: (time in ms, verdict).
+    fn verdicts(scene: &str) -> Vec<(f64, Regime)> {
+        let mut records: Vec<Record> = Vec::new();
+        let scene = Scene::load(scene).unwrap();
+        run(&scene, "", &mut records, Monitor::default()).unwrap();
+        let verdict = |record: &Record| match record {
+            Record::Regime { time, verdict, .. } => Some((1e3 * time, verdict.regime)),
+            _ => None,
+        };
+        records.iter().filter_map(verdict).collect()
+    }
+
+    /// What is said for sure, each once.
+    fn history(verdicts: &[(f64, Regime)]) -> Vec<Regime> {
+        let lasting = [Regime::Periodic, Regime::QuasiPeriodic, Regime::Chaotic];
+        let told = verdicts.iter().map(|(_, regime)| *regime);
+        let mut told: Vec<Regime> = told.filter(|regime| lasting.contains(regime)).collect();
+        told.dedup();
+        told
+    }
+
+    #[test]
+    fn the_ramp_goes_from_a_tone_to_a_torus_to_chaos() {
+        let verdicts = verdicts("tilt-ramp");
+        let expected = [Regime::Periodic, Regime::QuasiPeriodic, Regime::Chaotic];
+        assert_eq!(history(&verdicts), expected, "{verdicts:?}");
+    }
+
+    #[test]
+    fn scenes_of_one_kind_are_told_as_that() {
+        for (scene, regime) in [
+            ("periodic-2deg", Regime::Periodic),
+            ("torus-3deg", Regime::QuasiPeriodic),
+            ("chaos-5deg", Regime::Chaotic),
+        ] {
+            let verdicts = verdicts(scene);
+            assert_eq!(verdicts.last().unwrap().1, regime, "{scene}: {verdicts:?}");
+        }
+    }
+}
