@@ -134,6 +134,7 @@ fn report(name: &str) -> SignalReport {
             },
             epsilon: Some(epsilon),
             stride: 1,
+            lag: 12,
             counts: RecurrenceCounts::default(),
             measures: Measures {
                 recurrence_rate: 0.08,
@@ -154,6 +155,8 @@ fn report(name: &str) -> SignalReport {
             compact: false,
         },
         section,
+        shape: SectionShape::Loop,
+        level: 0.0,
         rosenstein: divergence(0.008),
         kantz: Divergence {
             region: None,
@@ -169,6 +172,7 @@ fn report(name: &str) -> SignalReport {
                 .collect(),
             samples: 500,
         },
+        zero_one_stride: 12,
         verdict: Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.93,
