@@ -18,7 +18,7 @@ use crate::{
 /// Size of the field of the divergence, pixels.
 const DIVERGENCE: [f32; 2] = [400.0, 210.0];
 /// Side of the field of the 0-1 test, pixels, and points of its path that are drawn.
-const PATH_SIDE: f32 = 260.0;
+const PATH_SIDE: f32 = 220.0;
 const PATH_POINTS: usize = 1000;
 
 /// Draws the search for chaos.
@@ -193,8 +193,8 @@ fn path_plot(full: f64) -> Plot {
         width: PATH_SIDE,
         height: PATH_SIDE,
         head: CAPTION_HEIGHT,
-        x: axis("p less its middle"),
-        y: axis("q less its middle"),
+        x: axis("p, from the middle"),
+        y: axis("q, from the middle"),
         grid: true,
     }
 }

@@ -84,58 +84,26 @@ fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
     let long = Quantity::Time.unit(LONG * dt);
     let (s, l) = (&short.symbol, &long.symbol);
     let series = [
-        (
-            paths::RECURRENCE_RATE,
-            "recurrence rate RR".to_owned(),
-            style::SIGNAL,
-        ),
-        (
-            paths::DETERMINISM,
-            "determinism DET".to_owned(),
-            style::ACCENT,
-        ),
-        (
-            paths::LAMINARITY,
-            "laminarity LAM".to_owned(),
-            style::ROTATION,
-        ),
-        (
-            paths::MEAN_DIAGONAL,
-            format!("mean diagonal L, {l}"),
-            style::SIGNAL,
-        ),
-        (
-            paths::LONGEST_DIAGONAL,
-            format!("longest diagonal Lmax, {l}"),
-            style::ACCENT,
-        ),
-        (
-            paths::TRAPPING_TIME,
-            format!("trapping time TT, {s}"),
-            style::SIGNAL,
-        ),
+        (paths::RECURRENCE_RATE, "RR".to_owned(), style::SIGNAL),
+        (paths::DETERMINISM, "DET".to_owned(), style::ACCENT),
+        (paths::LAMINARITY, "LAM".to_owned(), style::ROTATION),
+        (paths::MEAN_DIAGONAL, format!("L, {l}"), style::SIGNAL),
+        (paths::LONGEST_DIAGONAL, format!("Lmax, {l}"), style::ACCENT),
+        (paths::TRAPPING_TIME, format!("TT, {s}"), style::SIGNAL),
         (
             paths::RECURRENCE_TIME_1,
-            format!("recurrence time T1, {s}"),
+            format!("T1, {s}"),
             style::ROTATION,
         ),
         (
             paths::RECURRENCE_TIME_2,
-            format!("recurrence time T2, {s}"),
+            format!("T2, {s}"),
             style::FRICTION,
         ),
         (paths::PERIOD, format!("period, {s}"), style::ACCENT),
-        (
-            paths::ENTROPY,
-            "entropy ENTR, nats".to_owned(),
-            style::SIGNAL,
-        ),
-        (
-            paths::DIVERGENCE_RATE,
-            format!("divergence DIV = 1/Lmax, 1/{l}"),
-            style::ACCENT,
-        ),
-        (paths::TREND, format!("trend of RR, 1/{l}"), style::FRICTION),
+        (paths::ENTROPY, "ENTR, nats".to_owned(), style::SIGNAL),
+        (paths::DIVERGENCE_RATE, format!("DIV, 1/{l}"), style::ACCENT),
+        (paths::TREND, format!("TREND, 1/{l}"), style::FRICTION),
     ];
     for (path, name, color) in series {
         name_series(rec, path, [name], [color])?;

@@ -40,6 +40,8 @@ struct Coordinate {
     middle: f64,
     smallest: f64,
     scale: FullScale,
+    /// Whether the axis goes below the middle, and above it.
+    sides: [bool; 2],
 }
 
 impl Coordinate {
@@ -48,10 +50,11 @@ impl Coordinate {
             let mode = header.joint().and_then(|joint| joint.modes.get(index));
             mode.map_or_else(|| format!("mode {index}"), |mode| mode.label.clone())
         };
+        let letter = style::letter(&header.subject);
         let (name, quantity) = match coordinate {
-            SectionCoordinate::Delayed(0) => ("y(t)".to_owned(), None),
-            SectionCoordinate::Delayed(1) => ("y(t + τ)".to_owned(), None),
-            SectionCoordinate::Delayed(n) => (format!("y(t + {n}τ)"), None),
+            SectionCoordinate::Delayed(0) => (format!("{letter}(t)"), None),
+            SectionCoordinate::Delayed(1) => (format!("{letter}(t + τ)"), None),
+            SectionCoordinate::Delayed(n) => (format!("{letter}(t + {n}τ)"), None),
             SectionCoordinate::Q(index) => (format!("q, {}", mode(index)), Some(Quantity::Modal)),
             SectionCoordinate::Qdot(index) => (
                 format!("dq/dt, {}", mode(index)),
@@ -68,6 +71,7 @@ impl Coordinate {
             middle,
             smallest,
             scale: FullScale::new(smallest),
+            sides: [true; 2],
         }
     }
 
@@ -76,7 +80,8 @@ impl Coordinate {
         let full = self.scale.get();
         let unit = self.quantity.unit(full);
         let name = style::with_unit(&format!("{}{suffix}", self.name), &unit.symbol);
-        let [low, high] = [-full, full].map(|part| unit.per_si * (self.middle + part));
+        let [below, above] = self.sides.map(|side| if side { full } else { 0.0 });
+        let [low, high] = [-below, above].map(|part| unit.per_si * (self.middle + part));
         (Axis::linear(name, low, high, 4), unit.per_si)
     }
 }
@@ -120,17 +125,33 @@ impl Section {
         self.draw_map(rec, time)
     }
 
-    /// Fits the axes; both are alike where they measure the same.
+    /// Fits the axes. They show the size of the motion, not only the spread of the passages: the
+    /// passages of a tone must look like a point. Half the field is not wasted, though, where all
+    /// passages are on one side; and where both axes measure the same they have the same scale.
     fn scale(&mut self) {
-        let peaks: [f64; 2] = std::array::from_fn(|c| {
+        let spans: [[f64; 2]; 2] = std::array::from_fn(|c| {
             let middle = self.coordinates[c].middle;
-            let sizes = self.recent.iter().map(|point| (point[c] - middle).abs());
-            sizes.fold(0.0, f64::max)
+            let values = || self.recent.iter().map(|point| point[c] - middle);
+            [
+                values().fold(0.0, f64::min).abs(),
+                values().fold(0.0, f64::max),
+            ]
         });
+        let peaks = spans.map(|[below, above]| below.max(above));
+        let sides = spans.map(|span| {
+            let least = 0.02 * span[0].max(span[1]);
+            span.map(|side| side > least)
+        });
+        let both = sides.contains(&[true; 2]) || sides.contains(&[false; 2]);
         let alike = self.coordinates[0].quantity == self.coordinates[1].quantity;
-        for (coordinate, own) in self.coordinates.iter_mut().zip(peaks) {
-            let peak = if alike { peaks[0].max(peaks[1]) } else { own };
+        for (c, coordinate) in self.coordinates.iter_mut().enumerate() {
+            let peak = if alike {
+                peaks[0].max(peaks[1])
+            } else {
+                peaks[c]
+            };
             coordinate.scale.update(peak, coordinate.smallest);
+            coordinate.sides = if both { [true; 2] } else { sides[c] };
         }
     }
 
@@ -199,11 +220,13 @@ mod tests {
         section.push(&rec, 0.05, &points[..PASSAGES + 5]).unwrap();
         assert_eq!(section.recent.len(), PASSAGES);
         let [x, y] = section.coordinates.each_ref().map(|c| c.axis("").0);
-        assert_eq!(x.high, y.high);
+        // The first is always above zero and the second below: the other halves are left out.
+        assert_eq!((x.low, y.high), (0.0, 0.0));
+        assert_eq!(x.high, -y.low);
         assert!((x.high - 0.4).abs() < 1e-12);
         assert_eq!(
             (x.name.as_str(), y.name.as_str()),
-            ("y(t), µm", "y(t + 2τ), µm")
+            ("u(t), µm", "u(t + 2τ), µm")
         );
     }
 

@@ -278,6 +278,14 @@ pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
     (1e-4 * 0.5 * (high - low)).max(least)
 }
 
+/// The letter of the samples on axes: u for a displacement, x for a signal from a file.
+pub fn letter(subject: &Subject) -> &'static str {
+    match subject {
+        Subject::Joint(_) => "u",
+        Subject::Signal(_) => "x",
+    }
+}
+
 /// What a signal from a file is called: its column, else where it was read from.
 pub fn signal_name(signal: &SignalInfo) -> &str {
     if signal.column.is_empty() {

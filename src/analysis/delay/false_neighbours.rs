@@ -124,7 +124,7 @@ pub fn false_neighbours(
             let is_false = |neighbour: Neighbour| {
                 let growth = (next[i] - next[neighbour.index]).abs();
                 growth > search.distance_ratio * neighbour.distance.max(resolution)
-                    || neighbour.distance.hypot(growth) > size
+                    || (neighbour.distance * neighbour.distance + growth * growth).sqrt() > size
             };
             let neighbour = (*neighbour)?;
             if is_false(neighbour) || neighbour.distance > resolution {

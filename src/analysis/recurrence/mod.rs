@@ -1,4 +1,7 @@
 //! When does the system come back to where it was? Recurrence plots and their quantification.
+//!
+//! What is counted is defined once, with [`RecurrenceCounts`]; [`quantify`] counts a whole signal,
+//! [`RecurrenceWindow`] a stream. A [`RecurrencePlot`] draws a few hundred states.
 
 mod counts;
 mod measures;

@@ -101,18 +101,14 @@ impl RecurrencePlot {
         }
         self.extents.clear();
         self.extents.resize(n * n, 0.0);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || match self.norm {
-                Norm::Euclidean => self.fill(|sum, t| sum + t * t),
-                Norm::Maximum => self.fill(|most, t| t.abs().max(most)),
-                Norm::Manhattan => self.fill(|sum, t| sum + t.abs()),
-            },
-        );
+        match self.norm {
+            Norm::Euclidean => self.fill(|sum, t| sum + t * t),
+            Norm::Maximum => self.fill(|most, t| if t.abs() > most { t.abs() } else { most }),
+            Norm::Manhattan => self.fill(|sum, t| sum + t.abs()),
+        }
     }
 
     /// All extents, coordinate by coordinate.
-    #[inline(always)]
     fn fill(&mut self, add: impl Fn(f64, f64) -> f64) {
         let n = self.size.max(1);
         for (i, row) in self.extents.chunks_exact_mut(n).enumerate() {
@@ -198,20 +194,14 @@ impl RecurrencePlot {
     pub fn distance_picture(&self) -> Vec<u8> {
         let largest = self.largest_extent();
         let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
-        let mut pixels = vec![0; self.extents.len()];
         let root = self.norm == Norm::Euclidean;
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (pixel, &extent) in pixels.iter_mut().zip(&self.extents) {
-                    // Single precision is more than a pixel shows.
-                    let share = (extent * scale) as f32;
-                    let share = if root { share.sqrt() } else { share };
-                    *pixel = (share * 255.0 + 0.5) as u8;
-                }
-            },
-        );
-        pixels
+        let shade = |&extent: &f64| {
+            // Single precision is more than a pixel shows.
+            let share = (extent * scale) as f32;
+            let distance = if root { share.sqrt() } else { share };
+            (distance * 255.0 + 0.5) as u8
+        };
+        self.extents.iter().map(shade).collect()
     }
 
     /// The picture of Eq. (26), row-major: 255 recurrent, 0 not.
@@ -264,17 +254,11 @@ impl RecurrencePlot {
     fn pixels(&self, limit: impl Fn(usize) -> f64) -> Vec<u8> {
         let n = self.size.max(1);
         let mut pixels = vec![0; self.extents.len()];
-        let rows = pixels.chunks_exact_mut(n).zip(self.extents.chunks_exact(n));
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (pixels, row) in rows {
-                    for (column, (pixel, &extent)) in pixels.iter_mut().zip(row).enumerate() {
-                        *pixel = if extent <= limit(column) { 255 } else { 0 };
-                    }
-                }
-            },
-        );
+        for (pixels, row) in pixels.chunks_exact_mut(n).zip(self.extents.chunks_exact(n)) {
+            for (column, (pixel, &extent)) in pixels.iter_mut().zip(row).enumerate() {
+                *pixel = if extent <= limit(column) { 255 } else { 0 };
+            }
+        }
         pixels
     }
 

@@ -84,6 +84,13 @@ pub(super) enum Nearness {
 }
 
 impl Nearness {
+    pub fn limits(&self, norm: Norm) -> Limits<'_> {
+        match self {
+            Self::Everywhere(distance) => Limits::One(norm.extent_within(*distance)),
+            Self::Columns(extents) => Limits::Columns(extents),
+        }
+    }
+
     pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
         Ok(match threshold.check()? {
             Threshold::Distance(distance) => Self::Everywhere(distance),

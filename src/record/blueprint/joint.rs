@@ -103,7 +103,7 @@ impl Layout {
             window,
         );
         self.range(&force, 0.0, 1.6 * joint.load);
-        let embedding = self.embedding(header);
+        let embedding = self.embedding(header, 3.9);
         let left = Parts::new().add(1.0, patch).add(1.0, embedding).column();
         let right = Parts::new().add(1.0, counts).add(1.0, force).column();
         let screen = Parts::new().add(0.45, left).add(0.55, right);

@@ -32,7 +32,7 @@ impl Layout {
         if delay.is_none() && section.is_none() {
             return None;
         }
-        let embedding = self.embedding(header);
+        let embedding = self.embedding(header, 5.2);
         let screen = Parts::new()
             .add(1.0, delay.flatten())
             .add(1.2, embedding)
@@ -47,7 +47,7 @@ impl Layout {
         }
         let recurrence = self.recurrence(header);
         let shares = self.many_series(
-            "Shares of the pairs, 0 to 1",
+            "Shares, 0 to 1: of pairs that recur RR, of these on diagonals DET, on verticals LAM",
             &[
                 paths::RECURRENCE_RATE,
                 paths::DETERMINISM,
@@ -56,11 +56,11 @@ impl Layout {
         );
         self.range(&shares, 0.0, 1.05);
         let diagonals = self.many_series(
-            "How long it stays together",
+            "Diagonals, how long it stays together: L mean, Lmax longest",
             &[paths::MEAN_DIAGONAL, paths::LONGEST_DIAGONAL],
         );
         let times = self.many_series(
-            "How soon it comes back",
+            "How soon it comes back: period, T1, T2; how long it stays: TT",
             &[
                 paths::PERIOD,
                 paths::RECURRENCE_TIME_1,
@@ -69,10 +69,10 @@ impl Layout {
             ],
         );
         let entropy = self.many_series(
-            "How varied the diagonals are",
+            "How varied the diagonals are: ENTR; DIV = 1/Lmax",
             &[paths::ENTROPY, paths::DIVERGENCE_RATE],
         );
-        let trend = self.many_series("Whether it drifts", &[paths::TREND]);
+        let trend = self.many_series("Whether it drifts: TREND of RR", &[paths::TREND]);
         let middle = Parts::new().add(1.0, diagonals).add(1.0, times).row();
         let low = Parts::new().add(1.0, entropy).add(1.0, trend).row();
         let right = Parts::new().add(1.0, shares).add(1.0, middle).add(1.0, low);
@@ -107,9 +107,9 @@ impl Layout {
         });
         let [pictures, histories] = chaos.unwrap_or_default();
         let right = Parts::new()
-            .add(0.27, history)
-            .add(0.45, pictures)
-            .add(0.28, histories);
+            .add(0.2, history)
+            .add(0.48, pictures)
+            .add(0.32, histories);
         let screen = Parts::new().add(0.3, verdict).add(0.7, right.column());
         tab("Kind of motion", screen.row())
     }

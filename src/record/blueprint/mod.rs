@@ -214,7 +214,9 @@ impl Layout {
             .then(|| self.picture(name, paths::RECURRENCE, Recurrence::bounds()))
     }
 
-    fn embedding(&mut self, header: &Header) -> Option<ContainerLike> {
+    /// Delay vectors in their cube, seen from `distance` (half an edge is 1); a narrow view needs
+    /// more of it.
+    fn embedding(&mut self, header: &Header, distance: f64) -> Option<ContainerLike> {
         if !header.has(AnalysisKind::Recurrence) {
             return None;
         }
@@ -225,7 +227,8 @@ impl Layout {
         let view: ContainerLike = Spatial3DView::new(name)
             .with_origin(paths::EMBEDDING)
             .into();
-        self.eye(&view, [2.2, -2.65, 1.75], [0.0; 3], [0.0, 0.0, 1.0]);
+        let from = [0.57, -0.69, 0.45].map(|c| distance * c);
+        self.eye(&view, from, [0.0; 3], [0.0, 0.0, 1.0]);
         Some(view)
     }
 

@@ -25,7 +25,7 @@ impl Layout {
         for view in [&near, &whole] {
             self.range(view, low - margin, high + margin);
         }
-        let embedding = self.embedding(header);
+        let embedding = self.embedding(header, 3.9);
         let recurrence = self.recurrence(header);
         let spectrogram = self.spectrogram(header);
         let spectrum = self.spectrum(header);

@@ -8,6 +8,8 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use self::mask::{bit, ones, runs, word, word_after, word_before};
 use self::states::{Along, States, WORD};
 use super::{LineHistogram, RecurrenceCounts, Threshold};
@@ -160,19 +162,10 @@ impl RecurrenceWindow {
     /// Takes the next samples, in pieces of any size. The first `(m - 1) tau` of the stream
     /// complete no state; each one after that does.
     pub fn push(&mut self, samples: &[f64]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for &sample in samples {
-                    if self.states.push(sample) > self.end {
-                        if self.length == Some(self.size()) {
-                            self.leave();
-                        }
-                        self.enter();
-                    }
-                }
-            },
-        );
+        Arch::new().dispatch(Push {
+            window: self,
+            samples,
+        });
     }
 
     /// The counts of the states held now, exactly those of [`super::quantify`] on the same states.
@@ -388,6 +381,29 @@ impl RecurrenceWindow {
         if column.next.is_some() {
             self.gaps.remove(gap);
             self.returns.remove(length + gap);
+        }
+    }
+}
+
+/// [`RecurrenceWindow::push`], with the vector instructions that the machine has.
+struct Push<'a> {
+    window: &'a mut RecurrenceWindow,
+    samples: &'a [f64],
+}
+
+impl WithSimd for Push<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { window, samples } = self;
+        for &sample in samples {
+            if window.states.push(sample) > window.end {
+                if window.length == Some(window.size()) {
+                    window.leave();
+                }
+                window.enter();
+            }
         }
     }
 }
