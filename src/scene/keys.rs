@@ -334,7 +334,7 @@ keys! {
     QUANTIFICATION_WINDOW: Number = "analysis.quantification.window_ms", Default("20"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between measures.
     QUANTIFICATION_EVERY: Number = "analysis.quantification.every_ms", Default("5"), number(Millisecond, Range::Closed(0.01, 10_000.0));
-    /// Spacing of the states; the delay is rounded to whole steps.
+    /// Spacing of the states, at least one sample; the delay is rounded to whole steps.
     STEP: Number = "analysis.quantification.step_us", Default("10"), number(Microsecond, Range::Closed(0.5, 1e6));
     /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
     QUANTIFICATION_LAG: AutoOr<Number> = "analysis.quantification.lag_us", Default("60"), AutoOr(LAG);
@@ -397,6 +397,8 @@ keys! {
     REGIME_WINDOW: Number = "analysis.regime.window_ms", Default("40"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between verdicts.
     REGIME_EVERY: Number = "analysis.regime.every_ms", Default("10"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Spacing of the samples that are looked at, at least one sample; the newest 8192 of them count.
+    REGIME_STEP: Number = "analysis.regime.step_us", Default("5"), number(Microsecond, Range::Closed(0.5, 1e6));
     /// Amplitude of the displacement below which the joint is silent.
     SILENCE: Number = "analysis.regime.silence_um", Default("0.0003"), number(Micrometre, Range::Closed(0.0, 1e6));
 
