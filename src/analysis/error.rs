@@ -23,4 +23,47 @@ pub enum AnalysisError {
         /// Embedding dimension.
         dimension: usize,
     },
+    /// A plane needs a normal.
+    #[error("section: the normal of the plane is zero throughout; give it a direction")]
+    NoPlane,
+    /// A section of a delay trajectory has its level in the second coordinate.
+    #[error("delay section: a dimension of {dimension} has no second coordinate; give at least 2")]
+    FlatSection {
+        /// Embedding dimension.
+        dimension: usize,
+    },
+    /// Channels and what is to be done with them do not fit.
+    #[error("section: {have} channels given, {need} needed, one for each component of the normal")]
+    ChannelCount {
+        /// Channels given.
+        have: usize,
+        /// Channels needed.
+        need: usize,
+    },
+    /// Channels of one trajectory are sampled together.
+    #[error("section: the channels differ in length; cut them to the same instants")]
+    UnevenChannels,
+    /// A recurrence threshold that is out of its range.
+    #[error("recurrence threshold: {what}")]
+    Threshold {
+        /// What it should be.
+        what: &'static str,
+    },
+    /// Something counted from 1 is 0.
+    #[error("{what} must be at least 1")]
+    Zero {
+        /// The analysis and its parameter.
+        what: &'static str,
+    },
+    /// A joint histogram needs a sensible number of bins along an axis.
+    #[error("mutual information: {bins} bins along an axis; give 2 to {most}")]
+    Bins {
+        /// Bins asked for.
+        bins: usize,
+        /// The most that are possible.
+        most: usize,
+    },
+    /// The signal does not move.
+    #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
+    Constant,
 }

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::message::{Frame, Header, Record, Summary};
 use super::stages::{
-    Clock, ClosingStage, NarrationStage, RecurrenceStage, SpectrogramStage, SpectrumStage,
+    ChaosStage, ClosingStage, Context, DelayStage, NarrationStage, QuantificationStage,
+    RecurrenceStage, RegimeStage, SectionStage, SpectrogramStage, SpectrumStage, Stage,
 };
 use super::{Sink, SinkError};
 use crate::analysis::AnalysisError;
-use crate::scene::Scene;
+use crate::scene::AnalysisSpec;
 
 /// The error of the analyses.
 #[derive(Debug, thiserror::Error)]
@@ -38,34 +39,54 @@ pub enum AnalyseError {
     Sink(#[source] SinkError),
 }
 
-/// The analyses that a scene asks for; one it does not ask for does not exist here.
+/// The analyses that are asked for; one that is not asked for does not exist here.
 ///
 /// Records of one kind come in time order, at instants fixed by the scene and the first sample:
 /// they do not depend on how the samples are cut into frames.
 pub struct Analyser {
-    clock: Clock,
-    spectrum: Option<SpectrumStage>,
-    narration: Option<NarrationStage>,
-    spectrogram: Option<SpectrogramStage>,
-    recurrence: Option<RecurrenceStage>,
+    context: Context,
+    stages: Vec<Box<dyn Stage>>,
     closing: ClosingStage,
 }
 
 impl Analyser {
-    /// The analyses of `scene`, of a run announced by `header`.
-    pub fn new(scene: &Scene, header: &Header) -> Self {
+    /// The analyses of a run announced by `header`.
+    pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {
         let rate = header.sample_rate;
-        let spec = &scene.analysis;
-        Self {
-            clock: Clock::new(rate),
-            spectrum: spec.spectrum.map(|s| SpectrumStage::new(&s, rate)),
+        let delay = spec.delay.as_ref();
+        let mut stages: Vec<Box<dyn Stage>> = Vec::new();
+        if let Some(spec) = &spec.spectrum {
+            stages.push(Box::new(SpectrumStage::new(spec, rate)));
             // The words are of a joint that slides.
-            narration: spec
-                .spectrum
-                .zip(header.joint())
-                .map(|(s, joint)| NarrationStage::new(s.every, rate, joint)),
-            spectrogram: spec.spectrogram.map(|s| SpectrogramStage::new(&s, rate)),
-            recurrence: spec.recurrence.map(|s| RecurrenceStage::new(&s, rate)),
+            if let Some(joint) = header.joint() {
+                stages.push(Box::new(NarrationStage::new(spec.every, rate, joint)));
+            }
+        }
+        if let Some(spec) = &spec.spectrogram {
+            stages.push(Box::new(SpectrogramStage::new(spec, rate)));
+        }
+        // Before those that take what it chooses.
+        if let Some(spec) = &spec.delay {
+            stages.push(Box::new(DelayStage::new(spec, rate)));
+        }
+        if let Some(spec) = &spec.recurrence {
+            stages.push(Box::new(RecurrenceStage::new(spec, delay, rate)));
+        }
+        if let Some(spec) = &spec.quantification {
+            stages.push(Box::new(QuantificationStage::new(spec, delay, rate)));
+        }
+        if let Some(spec) = &spec.section {
+            stages.push(Box::new(SectionStage::new(spec, delay, rate)));
+        }
+        if let Some(spec) = &spec.chaos {
+            stages.push(Box::new(ChaosStage::new(spec, delay, rate)));
+        }
+        if let Some(spec) = &spec.regime {
+            stages.push(Box::new(RegimeStage::new(spec, rate)));
+        }
+        Self {
+            context: Context::new(rate),
+            stages,
             closing: ClosingStage::new(spec.spectrum.as_ref(), rate),
         }
     }
@@ -76,24 +97,15 @@ impl Analyser {
     /// # Errors
     /// [`AnalyseError`]; the run cannot go on after one.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        self.clock.check(frame)?;
+        self.context.clock.check(frame)?;
         sink.accept(Record::Samples(Arc::clone(frame)))
             .map_err(AnalyseError::Sink)?;
         let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
-        if let Some(stage) = &mut self.spectrum {
-            stage.push(frame, &self.clock, &mut emit)?;
-        }
-        if let Some(stage) = &mut self.narration {
-            stage.push(frame, &self.clock, &mut emit)?;
-        }
-        if let Some(stage) = &mut self.spectrogram {
-            stage.push(frame, &self.clock, &mut emit)?;
-        }
-        if let Some(stage) = &mut self.recurrence {
-            stage.push(frame, &self.clock, &mut emit)?;
+        for stage in &mut self.stages {
+            stage.push(frame, &mut self.context, &mut emit)?;
         }
         self.closing.push(frame);
-        self.clock.advance(frame);
+        self.context.clock.advance(frame);
         Ok(())
     }
 
@@ -102,7 +114,7 @@ impl Analyser {
     /// other fields are left at their defaults for those who know them.
     pub fn summary(&self) -> Summary {
         Summary {
-            simulated: self.clock.elapsed(),
+            simulated: self.context.clock.elapsed(),
             ..self.closing.summary()
         }
     }

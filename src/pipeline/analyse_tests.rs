@@ -1,9 +1,16 @@
 //! Frames of known signals through the whole of the analyses.
 
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+
 use super::*;
 use crate::analysis::test_signals::noise;
-use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED, analyses, header, scene};
-use crate::scene::AnalysisSpec;
+use crate::analysis::{Direction, Regime, Threshold};
+use crate::pipeline::message::SectionPoint;
+use crate::pipeline::stages::synthetic::{
+    EMBEDDING, Motion, RATE, SLIDING_SPEED, analyses, header, laboratory,
+};
+use crate::scene::{AnalysisSpec, SectionSpec, SectionSurface, Setting, StateCoordinate};
 
 const T0: f64 = 0.25;
 
@@ -23,7 +30,7 @@ const CYCLE: [(f64, f64, f64); 3] = [
 ];
 
 fn run(spec: AnalysisSpec, motion: &Motion, frame: usize) -> Vec<Record> {
-    let mut analyser = Analyser::new(&scene(spec), &header());
+    let mut analyser = Analyser::new(&spec, &header());
     let mut records: Vec<Record> = Vec::new();
     for frame in motion.frames(T0, 0.05, frame) {
         analyser.push(&frame, &mut records).unwrap();
@@ -85,29 +92,217 @@ fn records_come_at_their_instants() {
     assert_eq!(trails, recurrences);
 }
 
+/// The records but the samples, as text that shows every number to its last digit, sorted by kind.
+/// The order among kinds follows the frames and is left out.
+fn texts(spec: &AnalysisSpec, motion: &Motion, frame: usize) -> Vec<String> {
+    let records = run(spec.clone(), motion, frame);
+    let mut texts: Vec<String> = records
+        .iter()
+        .filter(|r| !matches!(r, Record::Samples(_)))
+        .map(|r| format!("{r:?}"))
+        .collect();
+    let kind = |text: &str| text.split(' ').next().map(str::to_owned);
+    texts.sort_by_key(|text| kind(text));
+    texts
+}
+
 #[test]
 fn frame_size_does_not_matter() {
-    // Debug text shows every number to its last digit. The order among kinds follows the frames
-    // and is left out; within a kind everything must be the same.
-    let motion = Motion::tones(0.031, &TORUS);
-    let by_kind = |frame| {
-        let records = run(analyses(), &motion, frame);
-        let mut texts: Vec<String> = records
-            .iter()
-            .filter(|r| !matches!(r, Record::Samples(_)))
-            .map(|r| format!("{r:?}"))
-            .collect();
-        let kind = |text: &str| text.split(' ').next().map(str::to_owned);
-        texts.sort_by_key(|text| kind(text));
-        texts
-    };
-    let reference = by_kind(256);
-    assert!(reference.len() > 60);
+    // The motion changes on the way, and with it the delays chosen.
+    let slow = Motion::tones(0.016, &[(1310.0, 13e-3, 0.4)]);
+    let motion = Motion::tones(0.031, &TORUS).then(&slow);
+    let spec = laboratory();
+    let reference = texts(&spec, &motion, 256);
+    let chosen = reference.iter().filter(|t| t.starts_with("Delay"));
+    let lags: HashSet<&str> = chosen.filter_map(|t| t.split("lag: ").nth(1)).collect();
+    assert!(lags.len() > 1, "the delay must change");
+    assert!(reference.len() > 200, "{}", reference.len());
     for frame in [1, 7, 1000, 100_000] {
         assert!(
-            by_kind(frame) == reference,
+            texts(&spec, &motion, frame) == reference,
             "frames of {frame} samples give other records"
         );
+    }
+}
+
+#[test]
+fn the_laboratory_speaks_at_its_instants() {
+    let motion = Motion::tones(0.031, &TORUS);
+    let records = run(laboratory(), &motion, 256);
+    let delays = instants(&records, |r| match r {
+        Record::Delay { time, .. } => Some(*time),
+        _ => None,
+    });
+    // Windows of 1600 samples, every 800.
+    assert_eq!(delays, [1599.0, 2399.0, 3199.0, 3999.0, 4799.0, 5599.0]);
+    // Nothing that waits for the first choice speaks before it.
+    let first = |pick: fn(&Record) -> Option<f64>| instants(&records, pick)[0];
+    let quantification = |r: &Record| match r {
+        Record::Quantification { time, .. } => Some(*time),
+        _ => None,
+    };
+    assert!((1599.0..1730.0).contains(&first(quantification)));
+    let chaos = instants(&records, |r| match r {
+        Record::Chaos { time, .. } => Some(*time),
+        _ => None,
+    });
+    assert_eq!(chaos, [1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
+    let regimes = instants(&records, |r| match r {
+        Record::Regime { time, .. } => Some(*time),
+        _ => None,
+    });
+    assert_eq!(regimes, [1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
+    // Measures on the grid of the states: every fourth sample from the first on.
+    let measures = instants(&records, quantification);
+    assert!(measures.len() > 35 && measures.iter().all(|k| k % 4.0 == 0.0));
+    assert!(
+        measures
+            .windows(2)
+            .all(|w| [120.0, 124.0].contains(&(w[1] - w[0])))
+    );
+}
+
+#[test]
+fn passages_are_where_the_signal_says() {
+    // y = A sin(w t) rises through 0 at t + lag = k T: y(t) = -A sin(w lag), y(t + 2 lag) = A sin(w lag).
+    let (frequency, speed) = (4003.0, 10e-3);
+    let motion = Motion::tones(0.01, &[(frequency, speed, 0.0)]);
+    let spec = AnalysisSpec {
+        section: Some(SectionSpec {
+            every: 0.5e-3,
+            surface: SectionSurface::Delay {
+                lag: Setting::Given(60e-6),
+                level: 0.0,
+            },
+            direction: Direction::Rising,
+        }),
+        ..AnalysisSpec::default()
+    };
+    let points = passages(&run(spec, &motion, 256));
+    assert!(points.len() >= 38, "{}", points.len());
+    let amplitude = speed / (TAU * frequency);
+    let side = amplitude * (TAU * frequency * 60e-6).sin();
+    // The first one lies so near the beginning that it is found on a straight line.
+    for (k, point) in points.iter().enumerate().skip(1) {
+        // The velocity is a sine: the displacement rises through 0 after 1/4, 5/4, ... periods.
+        let due = T0 + (k as f64 + 0.25) / frequency - 60e-6;
+        assert!((point.time - due).abs() < 1e-12, "{k}");
+        assert!((point.at[0] + side).abs() < 1e-6 * amplitude);
+        assert!((point.at[1] - side).abs() < 1e-6 * amplitude);
+    }
+}
+
+#[test]
+fn a_plane_cuts_the_modal_state() {
+    // q1 = sin, q2 = 2 cos; through q1 = 0.5 upwards, q2 is 2 cos(30 deg) and dq1/dt is w cos(30 deg).
+    let omega = TAU * 4003.0;
+    let frames = Motion::tones(0.005, &CYCLE).frames(T0, 0.05, 256);
+    let with_modes = |(index, frame): (usize, &Arc<Frame>)| {
+        let phases = (0..frame.len()).map(|k| omega * (256 * index + k) as f64 / RATE);
+        let phases: Vec<f64> = phases.collect();
+        Arc::new(Frame {
+            modes: 2,
+            q: phases
+                .iter()
+                .flat_map(|p| [p.sin(), 2.0 * p.cos()])
+                .collect(),
+            qdot: phases
+                .iter()
+                .flat_map(|p| [omega * p.cos(), -2.0 * omega * p.sin()])
+                .collect(),
+            ..Frame::clone(frame)
+        })
+    };
+    let spec = AnalysisSpec {
+        section: Some(SectionSpec {
+            every: 1e-3,
+            surface: SectionSurface::State {
+                normal_q: vec![1.0],
+                normal_qdot: Vec::new(),
+                offset: 0.5,
+                shown: [StateCoordinate::Q(1), StateCoordinate::Qdot(0)],
+            },
+            direction: Direction::Rising,
+        }),
+        ..AnalysisSpec::default()
+    };
+    let mut analyser = Analyser::new(&spec, &header());
+    let mut records: Vec<Record> = Vec::new();
+    for frame in frames.iter().enumerate().map(with_modes) {
+        analyser.push(&frame, &mut records).unwrap();
+    }
+    let points = passages(&records);
+    assert_eq!(points.len(), 20);
+    let cosine = 0.75_f64.sqrt();
+    for point in points {
+        assert!(
+            (point.at[0] / (2.0 * cosine) - 1.0).abs() < 1e-6,
+            "{point:?}"
+        );
+        assert!(
+            (point.at[1] / (omega * cosine) - 1.0).abs() < 1e-6,
+            "{point:?}"
+        );
+    }
+}
+
+fn passages(records: &[Record]) -> Vec<SectionPoint> {
+    let mut all = Vec::new();
+    for record in records {
+        if let Record::Section { points, .. } = record {
+            all.extend_from_slice(points);
+        }
+    }
+    assert!(all.is_sorted_by(|a, b| a.time < b.time));
+    all
+}
+
+#[test]
+fn every_threshold_is_taken_by_picture_and_measures() {
+    let motion = Motion::tones(0.01, &TORUS);
+    let thresholds = [
+        Threshold::Distance(3e-7),
+        Threshold::Spread(0.3),
+        Threshold::Rate(0.1),
+        Threshold::Neighbours(10),
+    ];
+    for threshold in thresholds {
+        let mut spec = AnalysisSpec {
+            recurrence: laboratory().recurrence,
+            quantification: laboratory().quantification,
+            ..AnalysisSpec::default()
+        };
+        let recurrence = spec.recurrence.as_mut().unwrap();
+        recurrence.embedding = EMBEDDING;
+        recurrence.nearness.threshold = threshold;
+        let quantification = spec.quantification.as_mut().unwrap();
+        quantification.embedding = EMBEDDING;
+        quantification.nearness.threshold = threshold;
+        let records = run(spec, &motion, 256);
+        let (mut plots, mut measured) = (0, 0);
+        for record in &records {
+            match record {
+                Record::Recurrence { rate, .. } => {
+                    assert!(*rate > 0.0 && *rate < 1.0, "{threshold:?}");
+                    plots += 1;
+                }
+                Record::Quantification {
+                    measures,
+                    threshold: distance,
+                    ..
+                } => {
+                    let rate = measures.recurrence_rate;
+                    assert!(rate > 0.0 && rate < 1.0, "{threshold:?}");
+                    assert_eq!(
+                        distance.is_none(),
+                        matches!(threshold, Threshold::Neighbours(_))
+                    );
+                    measured += 1;
+                }
+                _ => {}
+            }
+        }
+        assert!(plots > 3 && measured > 10, "{threshold:?}");
     }
 }
 
@@ -202,7 +397,7 @@ fn recurrence_tells_lag_rate_and_diagonals() {
             assert_eq!((*size, *window), (400, 5e-3));
             assert!((lag - 60e-6).abs() < 1e-12);
             assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
-            assert!(*threshold > 0.0 && *threshold < 1e-6);
+            assert!(threshold.is_some_and(|t| t > 0.0 && t < 1e-6));
             let full =
                 |offset: usize| (0..400 - offset).all(|i| recurrent[i * 400 + i + offset] == 255);
             let empty =
@@ -223,13 +418,13 @@ fn recurrence_tells_lag_rate_and_diagonals() {
 fn a_distance_threshold_is_taken_as_it_is() {
     let mut spec = analyses();
     let recurrence = spec.recurrence.as_mut().unwrap();
-    recurrence.threshold = crate::scene::RecurrenceThreshold::Distance(1e-7);
+    recurrence.nearness.threshold = Threshold::Distance(1e-7);
     let records = run(spec, &Motion::tones(0.01, &CYCLE), 256);
     let thresholds: Vec<f64> = records
         .iter()
         .filter_map(|r| {
             if let Record::Recurrence { threshold, .. } = r {
-                Some(*threshold)
+                *threshold
             } else {
                 None
             }
@@ -263,10 +458,19 @@ fn silence_gives_no_nan_and_says_so() {
         displacement: vec![0.0; 8000],
         velocity: vec![0.0; 8000],
     };
-    let records = run(analyses(), &silence, 256);
+    let spec = AnalysisSpec {
+        recurrence: analyses().recurrence,
+        ..laboratory()
+    };
+    let records = run(spec, &silence, 256);
     assert_eq!(headings(&records), ["## Silent"]);
     for record in &records {
         match record {
+            Record::Quantification { measures, .. } => {
+                assert_eq!(measures.recurrence_rate, 1.0);
+            }
+            Record::Section { .. } => panic!("silence passes through nothing"),
+            Record::Regime { verdict, .. } => assert_eq!(verdict.regime, Regime::Silent),
             Record::Spectrum {
                 amplitude, peaks, ..
             } => {
@@ -281,7 +485,7 @@ fn silence_gives_no_nan_and_says_so() {
                 distance,
                 ..
             } => {
-                assert_eq!((*rate, *threshold), (1.0, 0.0));
+                assert_eq!((*rate, *threshold), (1.0, Some(0.0)));
                 assert!(distance.iter().all(|&d| d == 0));
             }
             Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),
@@ -412,7 +616,7 @@ fn slip_reversal_is_told_from_the_velocity() {
 #[test]
 fn summary_is_of_the_last_window() {
     let motion = Motion::tones(0.03, &[(4100.0, 50e-3, 0.0)]).then(&Motion::tones(0.04, &CYCLE));
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let mut records: Vec<Record> = Vec::new();
     let frames = motion.frames(T0, 0.0, 256);
     for frame in &frames {
@@ -438,7 +642,7 @@ fn summary_is_of_the_last_window() {
 
 #[test]
 fn summary_of_a_run_too_short_has_no_lines() {
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     assert_eq!(analyser.summary(), Summary::default());
     let mut records: Vec<Record> = Vec::new();
     let frames = Motion::tones(10.0 / RATE, &CYCLE).frames(0.0, 0.0, 10);
@@ -449,7 +653,7 @@ fn summary_of_a_run_too_short_has_no_lines() {
 
 #[test]
 fn a_gap_between_frames_is_an_error() {
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let mut records: Vec<Record> = Vec::new();
     let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
     analyser.push(&frames[0], &mut records).unwrap();
@@ -475,7 +679,7 @@ fn a_gap_between_frames_is_an_error() {
 #[test]
 fn the_analyser_can_move_to_a_thread_of_its_own() {
     fn movable<T: Send>(_: &T) {}
-    movable(&Analyser::new(&scene(analyses()), &header()));
+    movable(&Analyser::new(&analyses(), &header()));
 }
 
 #[test]
@@ -486,7 +690,7 @@ fn a_sink_that_refuses_stops_the_run() {
             Err("disk full".into())
         }
     }
-    let mut analyser = Analyser::new(&scene(analyses()), &header());
+    let mut analyser = Analyser::new(&analyses(), &header());
     let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
     let error = analyser.push(&frames[0], &mut Full).unwrap_err();
     assert_eq!(error.to_string(), "a record could not be kept: disk full");

@@ -8,7 +8,8 @@ use crate::dynamics::Tally;
 pub(super) struct HealthMeter {
     tally: Tally,
     busy_seconds: f64,
-    time: f64,
+    /// Time covered so far, s.
+    covered: f64,
     audit: f64,
     /// The largest energy, and so the scale of the audit, J.
     turnover: f64,
@@ -23,7 +24,7 @@ impl HealthMeter {
         records_waiting: usize,
         drops: u64,
     ) -> Health {
-        let span = frame.end() - self.time;
+        let span = frame.end() - frame.t0;
         let per_ms = |now: u64, before: u64| (now - before) as f64 / (1e3 * span);
         for sample in &frame.energy {
             self.turnover = self
@@ -42,7 +43,7 @@ impl HealthMeter {
         }
         let health = Health {
             time: frame.end(),
-            real_time_factor: span / (frame.busy_seconds - self.busy_seconds).max(1e-9),
+            real_time_factor: factor(span, frame.busy_seconds - self.busy_seconds),
             steps_per_ms: per_ms(frame.tally.steps, self.tally.steps),
             rejections_per_ms: per_ms(frame.tally.rejections, self.tally.rejections),
             calls_per_ms: per_ms(frame.tally.calls, self.tally.calls),
@@ -54,13 +55,18 @@ impl HealthMeter {
         };
         self.tally = frame.tally;
         self.busy_seconds = frame.busy_seconds;
-        self.time = frame.end();
+        self.covered += span;
         health
     }
 
     /// Adds to the summary of a run how it did; what it came to is the analyses' to say.
     pub fn conclude(&self, summary: &mut Summary) {
-        summary.real_time_factor = self.time / self.busy_seconds.max(1e-9);
+        summary.real_time_factor = factor(self.covered, self.busy_seconds);
         summary.audit = self.audit;
     }
+}
+
+/// Time over what it took; 0 where nothing was simulated.
+fn factor(time: f64, busy: f64) -> f64 {
+    if busy > 0.0 { time / busy } else { 0.0 }
 }

@@ -346,8 +346,8 @@ pub enum Record {
         distance: Vec<u8>,
         /// Row-major pixels: 255 recurrent, 0 not.
         recurrent: Vec<u8>,
-        /// Threshold distance used, m.
-        threshold: f64,
+        /// Threshold distance used, m; `None` if each state had its own.
+        threshold: Option<f64>,
         /// Recurrence rate reached, 0 to 1.
         rate: f64,
         /// Delay, s.
@@ -388,9 +388,11 @@ pub enum Record {
         /// The most frequent spacing of diagonals, s.
         period: Option<f64>,
     },
-    /// Passages through the Poincare section since the last such record, in time order.
+    /// Passages through the Poincare section that have become known since the last such record, in
+    /// time order; at least one.
     Section {
-        /// Passages are complete up to this time, s.
+        /// Time of the newest sample, s. A passage is known a few samples (of a delay section:
+        /// also two delays) after it.
         time: f64,
         /// The passages.
         points: Vec<SectionPoint>,
@@ -457,7 +459,7 @@ impl Record {
 pub struct Health {
     /// Simulated time, s.
     pub time: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Accepted steps per simulated millisecond.
     pub steps_per_ms: f64,
@@ -484,7 +486,7 @@ pub struct Summary {
     pub simulated: f64,
     /// Wall time of the whole run, s.
     pub wall: f64,
-    /// Simulated seconds a second of the simulation thread.
+    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Lines of the last window's spectrum, strongest first.
     pub peaks: Vec<Peak>,

@@ -5,14 +5,18 @@ mod error;
 mod health;
 pub mod message;
 mod outlet;
+mod playback;
 mod run;
 mod simulate;
 mod sink;
+mod source;
 mod stages;
 
 pub use analyse::{AnalyseError, Analyser};
 pub use error::PipelineError;
 pub use outlet::RecorderGone;
+pub use playback::Playback;
 pub use run::{Monitor, drive, run};
 pub use simulate::{Simulation, initial_state};
 pub use sink::{Delivery, Sink, SinkError, Tee};
+pub use source::Source;

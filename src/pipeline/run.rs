@@ -11,7 +11,7 @@ use super::analyse::Analyser;
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::outlet::Outlet;
-use super::{PipelineError, Simulation, Sink};
+use super::{PipelineError, Simulation, Sink, Source};
 use crate::scene::Scene;
 
 /// Frames that may wait between simulation and analysis.
@@ -24,7 +24,7 @@ const RECORDS_WAITING: usize = 64;
 pub struct Monitor<'a> {
     /// Set to stop the run at the next frame's border; what was simulated is recorded.
     pub stop: &'a AtomicBool,
-    /// Told the simulated time (s) after each frame, from the simulation's thread.
+    /// Told the time just past each frame (s), from the thread that makes them.
     pub progress: &'a (dyn Fn(f64) + Sync),
 }
 
@@ -61,25 +61,25 @@ pub fn run(
     drive(Simulation::new(scene)?, command, sink, monitor)
 }
 
-/// As [`run`], with a simulation that has been set up before: whatever is wrong with its scene has
-/// been told by then, and no sink had to be opened for it.
+/// As [`run`], with a source that has been set up before: whatever is wrong with its scene or file
+/// has been told by then, and no sink had to be opened for it.
 ///
 /// # Errors
 /// As [`run`].
 pub fn drive(
-    simulation: Simulation,
+    source: impl Source,
     command: &str,
     sink: &mut dyn Sink,
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
     let began = Instant::now();
-    let header = Arc::new(simulation.header(command));
-    let analyser = Analyser::new(simulation.scene(), &header);
+    let header = Arc::new(source.header(command));
+    let analyser = Analyser::new(source.analysis(), &header);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
         let simulating = spawn(scope, "simulate", move || {
-            simulate(simulation, frame_out, monitor)
+            simulate(source, frame_out, monitor)
         })?;
         let outlet = Outlet::new(record_out, sink.delivery());
         let analysing = spawn(scope, "analyse", move || {
@@ -115,12 +115,12 @@ pub fn drive(
 
 /// Sends frame after frame; returns whether the planned time was reached.
 fn simulate(
-    mut simulation: Simulation,
+    mut source: impl Source,
     frames: Sender<Frame>,
     monitor: Monitor<'_>,
 ) -> Result<bool, PipelineError> {
     while !monitor.stopping() {
-        let Some(frame) = simulation.next_frame()? else {
+        let Some(frame) = source.next_frame()? else {
             break;
         };
         let end = frame.end();
@@ -130,7 +130,7 @@ fn simulate(
         }
         (monitor.progress)(end);
     }
-    Ok(simulation.is_over())
+    Ok(source.is_over())
 }
 
 fn analyse(

@@ -7,14 +7,15 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::PipelineError;
 use super::message::{
-    AnalysisKind, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline,
-    PatchGeometry, PatchSnapshot, SectionCoordinate, Subject,
+    EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    PatchSnapshot, Subject,
 };
+use super::source::{kinds, section_coordinates};
+use super::{PipelineError, Source};
 use crate::dynamics::{Accuracy, Integrator, Method, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{self, Scene};
+use crate::scene::{self, AnalysisSpec, Scene};
 
 /// Spacing of the vertices of the body's picture: along the meridian, and round it.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -95,28 +96,6 @@ impl Simulation {
         })
     }
 
-    /// What is being simulated.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    /// What is known before the first frame.
-    pub fn header(&self, command: &str) -> Header {
-        let scene = &self.scene;
-        Header {
-            scene: scene.name.clone(),
-            title: scene.title.clone(),
-            about: scene.about.clone(),
-            scene_text: scene.text.clone(),
-            command: command.to_owned(),
-            sample_rate: scene.sample_rate,
-            duration: scene.duration,
-            analyses: analyses(&scene.analysis),
-            section: SectionCoordinate::DELAYED,
-            subject: Subject::Joint(self.joint_info()),
-        }
-    }
-
     fn joint_info(&self) -> JointInfo {
         let scene = &self.scene;
         let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
@@ -154,16 +133,63 @@ impl Simulation {
             .max(1.0) as u64
     }
 
-    /// Whether the planned time is over.
-    pub fn is_over(&self) -> bool {
-        self.next_sample >= self.samples()
+    /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
+    /// equilibrium follow at once; the perturbation goes on unchanged.
+    fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
+        let tilt = self.scene.tilt.at(time);
+        if tilt == self.tilt {
+            return Ok(());
+        }
+        if time > 0.0 {
+            self.integrator.land(&self.joint, time)?;
+        }
+        let model = self.ball.model(tilt)?;
+        let joint = Joint::new(&model).with_audit();
+        let z = self.integrator.state();
+        self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
+        self.joint = joint;
+        self.integrator.restart(&self.joint)?;
+        self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
+        self.tilt = tilt;
+        Ok(())
     }
 
-    /// The next frame; `None` when the planned time is over.
-    ///
-    /// # Errors
-    /// If the integrator fails, or the tilt of the next frame cannot be reached.
-    pub fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
+    fn energy_sample(&self, time: f64) -> EnergySample {
+        let energy = self.joint.energy(&self.z);
+        let total = energy.total();
+        let work = self.z[2 * self.joint.modes()];
+        EnergySample {
+            time,
+            total,
+            friction_work: work,
+            residual: total - self.audit.start - self.audit.by_tilt - work,
+            modal: energy.modal,
+        }
+    }
+}
+
+impl Source for Simulation {
+    fn header(&self, command: &str) -> Header {
+        let scene = &self.scene;
+        Header {
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            about: scene.about.clone(),
+            scene_text: scene.text.clone(),
+            command: command.to_owned(),
+            sample_rate: scene.sample_rate,
+            duration: scene.duration,
+            analyses: kinds(&scene.analysis),
+            section: section_coordinates(&scene.analysis),
+            subject: Subject::Joint(self.joint_info()),
+        }
+    }
+
+    fn analysis(&self) -> &AnalysisSpec {
+        &self.scene.analysis
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
         let left = self.samples().saturating_sub(self.next_sample);
         if left == 0 {
             return Ok(None);
@@ -219,50 +245,9 @@ impl Simulation {
         Ok(Some(frame))
     }
 
-    /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
-    /// equilibrium follow at once; the perturbation goes on unchanged.
-    fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
-        let tilt = self.scene.tilt.at(time);
-        if tilt == self.tilt {
-            return Ok(());
-        }
-        if time > 0.0 {
-            self.integrator.land(&self.joint, time)?;
-        }
-        let model = self.ball.model(tilt)?;
-        let joint = Joint::new(&model).with_audit();
-        let z = self.integrator.state();
-        self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
-        self.joint = joint;
-        self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
-        self.tilt = tilt;
-        Ok(())
+    fn is_over(&self) -> bool {
+        self.next_sample >= self.samples()
     }
-
-    fn energy_sample(&self, time: f64) -> EnergySample {
-        let energy = self.joint.energy(&self.z);
-        let total = energy.total();
-        let work = self.z[2 * self.joint.modes()];
-        EnergySample {
-            time,
-            total,
-            friction_work: work,
-            residual: total - self.audit.start - self.audit.by_tilt - work,
-            modal: energy.modal,
-        }
-    }
-}
-
-/// The analyses that are switched on.
-fn analyses(spec: &scene::AnalysisSpec) -> Vec<AnalysisKind> {
-    let kinds = [
-        (AnalysisKind::Spectrum, spec.spectrum.is_some()),
-        (AnalysisKind::Spectrogram, spec.spectrogram.is_some()),
-        (AnalysisKind::Recurrence, spec.recurrence.is_some()),
-    ];
-    let on = kinds.into_iter().filter(|(_, on)| *on);
-    on.map(|(kind, _)| kind).collect()
 }
 
 /// The initial `[q | dq/dt]`: at the equilibrium, with a seeded Gaussian kick of the velocities.

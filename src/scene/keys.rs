@@ -3,11 +3,13 @@
 //! The reader, the error messages and the tables of the guide all come from this list, so they
 //! cannot disagree.
 
+use crate::analysis::{Direction, Norm};
 use crate::fem::LengthReading;
 use crate::joint::{Frequencies, Quadrature, StiffnessLaw};
 
 use super::kind::{
-    Choice, Count, Flag, Kind, Number, OneOrMany, Range, Seed, Tables, Text, Vector,
+    AutoOr, Choice, Coordinates, Count, Flag, Kind, List, Number, OneOrMany, Range, Seed, Tables,
+    Text, Vector,
 };
 use super::spec::Method;
 use super::units::Unit;
@@ -120,6 +122,25 @@ macro_rules! keys {
 const fn number(unit: Unit, range: Range) -> Number {
     Number { unit, range }
 }
+
+/// What every delay must be.
+const LAG: Number = number(Microsecond, Range::Closed(0.5, 1e6));
+
+/// What every embedding dimension must be.
+const DIMENSION: Count = Count { min: 1, max: 20 };
+
+/// The norms by name.
+const NORM: Choice<Norm> = Choice {
+    options: &[
+        ("euclidean", Norm::Euclidean),
+        ("maximum", Norm::Maximum),
+        ("manhattan", Norm::Manhattan),
+    ],
+};
+
+/// The four thresholds of one table exclude one another.
+const ONE_THRESHOLD: Otherwise =
+    Else("exactly one of `threshold_rate`, `threshold_um`, `threshold_spread` and `neighbours`");
 
 use Otherwise::{Default, Else, Required};
 use Unit::{
@@ -276,24 +297,110 @@ keys! {
         number(Kilohertz, Range::Closed(0.1, 1000.0));
 
     /// Length of the sliding window.
-    RECURRENCE_WINDOW: Number = "analysis.recurrence.window_ms", Default("5"),
-        number(Millisecond, Range::Closed(0.1, 10_000.0));
+    DELAY_WINDOW: Number = "analysis.delay.window_ms", Default("20"), number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between choices.
+    DELAY_EVERY: Number = "analysis.delay.every_ms", Default("20"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Largest delay tried.
+    LARGEST_LAG: Number = "analysis.delay.largest_lag_us", Default("300"), LAG;
+    /// Largest embedding dimension tried.
+    LARGEST_DIMENSION: Count = "analysis.delay.largest_dimension", Default("8"), DIMENSION;
+    /// Bins along an axis of the joint histogram behind the mutual information.
+    BINS: Count = "analysis.delay.bins", Default("32"), Count { min: 2, max: 256 };
+    /// Share of false neighbours that counts as none: the first dimension with no more is chosen.
+    FALSE_SHARE: Number = "analysis.delay.false_share", Default("0.01"), number(One, Range::HalfOpen(0.0, 1.0));
+
+    /// Length of the sliding window.
+    RECURRENCE_WINDOW: Number = "analysis.recurrence.window_ms", Default("5"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Points along a side of the plot.
     RECURRENCE_SIZE: Count = "analysis.recurrence.size", Default("400"), Count { min: 16, max: 2048 };
     /// Time between plots.
-    RECURRENCE_EVERY: Number = "analysis.recurrence.every_ms", Default("2.5"),
-        number(Millisecond, Range::Closed(0.01, 10_000.0));
+    RECURRENCE_EVERY: Number = "analysis.recurrence.every_ms", Default("2.5"), number(Millisecond, Range::Closed(0.01, 10_000.0));
     /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
-    LAG: Number = "analysis.recurrence.lag_us", Default("60"),
-        number(Microsecond, Range::Closed(0.5, 1e6));
+    RECURRENCE_LAG: AutoOr<Number> = "analysis.recurrence.lag_us", Default("60"), AutoOr(LAG);
     /// Embedding dimension m of Eq. (25).
-    DIMENSION: Count = "analysis.recurrence.dimension", Default("5"), Count { min: 1, max: 20 };
+    RECURRENCE_DIMENSION: AutoOr<Count> = "analysis.recurrence.dimension", Default("5"), AutoOr(DIMENSION);
+    /// How distances between states are measured.
+    RECURRENCE_NORM: Choice<Norm> = "analysis.recurrence.norm", Default("\"euclidean\""), NORM;
     /// Threshold of Eq. (26): the share of pairs of states that shall be recurrent.
-    THRESHOLD_RATE: Number = "analysis.recurrence.threshold_rate", Else("exactly one of `threshold_rate` and `threshold_um`"),
-        number(One, Range::Open(0.0, 1.0));
+    RECURRENCE_RATE: Number = "analysis.recurrence.threshold_rate", ONE_THRESHOLD, number(One, Range::Open(0.0, 1.0));
     /// Threshold of Eq. (26) as a distance between delay vectors instead.
-    THRESHOLD_DISTANCE: Number = "analysis.recurrence.threshold_um", Else("exactly one of `threshold_rate` and `threshold_um`"),
-        number(Micrometre, Range::Positive(1e6));
+    RECURRENCE_DISTANCE: Number = "analysis.recurrence.threshold_um", ONE_THRESHOLD, number(Micrometre, Range::Positive(1e6));
+    /// Threshold of Eq. (26) as a multiple of the displacement's standard deviation in the window instead.
+    RECURRENCE_SPREAD: Number = "analysis.recurrence.threshold_spread", ONE_THRESHOLD, number(One, Range::Positive(100.0));
+    /// Neighbours that each state shall have instead: a threshold of its own for each.
+    RECURRENCE_NEIGHBOURS: Count = "analysis.recurrence.neighbours", ONE_THRESHOLD, Count { min: 1, max: 10_000 };
+
+    /// Length of the sliding window.
+    QUANTIFICATION_WINDOW: Number = "analysis.quantification.window_ms", Default("20"), number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between measures.
+    QUANTIFICATION_EVERY: Number = "analysis.quantification.every_ms", Default("5"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Spacing of the states, at least one sample; the delay is rounded to whole steps.
+    STEP: Number = "analysis.quantification.step_us", Default("10"), number(Microsecond, Range::Closed(0.5, 1e6));
+    /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
+    QUANTIFICATION_LAG: AutoOr<Number> = "analysis.quantification.lag_us", Default("60"), AutoOr(LAG);
+    /// Embedding dimension m of Eq. (25).
+    QUANTIFICATION_DIMENSION: AutoOr<Count> = "analysis.quantification.dimension", Default("5"), AutoOr(DIMENSION);
+    /// How distances between states are measured.
+    QUANTIFICATION_NORM: Choice<Norm> = "analysis.quantification.norm", Default("\"euclidean\""), NORM;
+    /// Threshold of Eq. (26): the share of pairs of states that shall be recurrent.
+    QUANTIFICATION_RATE: Number = "analysis.quantification.threshold_rate", ONE_THRESHOLD, number(One, Range::Open(0.0, 1.0));
+    /// Threshold of Eq. (26) as a distance between delay vectors instead.
+    QUANTIFICATION_DISTANCE: Number = "analysis.quantification.threshold_um", ONE_THRESHOLD, number(Micrometre, Range::Positive(1e6));
+    /// Threshold of Eq. (26) as a multiple of the displacement's standard deviation in the window instead.
+    QUANTIFICATION_SPREAD: Number = "analysis.quantification.threshold_spread", ONE_THRESHOLD, number(One, Range::Positive(100.0));
+    /// Neighbours that each state shall have instead: a threshold of its own for each.
+    QUANTIFICATION_NEIGHBOURS: Count = "analysis.quantification.neighbours", ONE_THRESHOLD, Count { min: 1, max: 10_000 };
+    /// Theiler window: states nearer in time are not compared; at least one step, so that no state is compared with itself.
+    QUANTIFICATION_THEILER: Number = "analysis.quantification.theiler_us", Default("60"), number(Microsecond, Range::Closed(0.0, 1e6));
+    /// Shortest diagonal line, in states; about a period tells repetition from mere smoothness.
+    LEAST_DIAGONAL: Count = "analysis.quantification.least_diagonal", Default("24"), Count { min: 2, max: 10_000 };
+    /// Shortest vertical line, in states.
+    LEAST_VERTICAL: Count = "analysis.quantification.least_vertical", Default("2"), Count { min: 2, max: 10_000 };
+
+    /// Time between reports of the passages.
+    SECTION_EVERY: Number = "analysis.section.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Which way through the surface counts.
+    DIRECTION: Choice<Direction> = "analysis.section.direction", Default("\"rising\""),
+        Choice { options: &[("rising", Direction::Rising), ("falling", Direction::Falling), ("both", Direction::Both)] };
+    /// Delay tau of the surface y(t + tau) = level (Fig. 10); shown are y(t) and y(t + 2 tau).
+    SECTION_LAG: AutoOr<Number> = "analysis.section.lag_us", Default("60"), AutoOr(LAG);
+    /// Level of that surface.
+    LEVEL: Number = "analysis.section.level_um", Default("0"), number(Micrometre, Range::Closed(-1e6, 1e6));
+    /// A plane of the modal state as the surface instead: its normal along the modal coordinates, a number for each mode, by frequency.
+    PLANE_Q: List = "analysis.section.plane_q", Else("none; or `plane_qdot_ms`"), List { item: number(One, Range::Closed(-1e6, 1e6)) };
+    /// The normal along the modal velocities: in ms, which makes sqrt(kg) um of sqrt(kg) mm/s.
+    PLANE_QDOT: List = "analysis.section.plane_qdot_ms", Else("none; or `plane_q`"), List { item: number(Millisecond, Range::Closed(-1e6, 1e6)) };
+    /// Offset of the plane, in sqrt(kg) um: normal times state is this on it.
+    OFFSET: Number = "analysis.section.offset_um", Else("0, with a plane"), number(Micrometre, Range::Closed(-1e6, 1e6));
+    /// The two coordinates of the modal state that are shown, such as `["q1", "qdot1"]`: modes counted from 1, by frequency.
+    SHOWN: Coordinates = "analysis.section.shown", Else("required with a plane"), Coordinates;
+
+    /// Length of the sliding window.
+    CHAOS_WINDOW: Number = "analysis.chaos.window_ms", Default("90"), number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between results.
+    CHAOS_EVERY: Number = "analysis.chaos.every_ms", Default("20"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
+    CHAOS_LAG: AutoOr<Number> = "analysis.chaos.lag_us", Default("60"), AutoOr(LAG);
+    /// Embedding dimension m of Eq. (25).
+    CHAOS_DIMENSION: AutoOr<Count> = "analysis.chaos.dimension", Default("5"), AutoOr(DIMENSION);
+    /// Theiler window: states nearer in time are no neighbours; the leading period or more.
+    CHAOS_THEILER: Number = "analysis.chaos.theiler_us", Default("500"), number(Microsecond, Range::Closed(0.0, 1e6));
+    /// How long neighbours are followed.
+    HORIZON: Number = "analysis.chaos.horizon_ms", Default("30"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Whose distance is followed: the nearest neighbour's of each state, or that of all within a radius.
+    DIVERGENCE: Choice<Divergence> = "analysis.chaos.method", Default("\"rosenstein\""),
+        Choice { options: &[("rosenstein", Divergence::Rosenstein), ("kantz", Divergence::Kantz)] };
+    /// That radius, over the displacement's standard deviation in the window.
+    RADIUS: Number = "analysis.chaos.radius", Else("required with `kantz`"), number(One, Range::Positive(10.0));
+
+    /// Length of the sliding window.
+    REGIME_WINDOW: Number = "analysis.regime.window_ms", Default("40"), number(Millisecond, Range::Closed(0.1, 10_000.0));
+    /// Time between verdicts.
+    REGIME_EVERY: Number = "analysis.regime.every_ms", Default("10"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Spacing of the samples that are looked at, at least one sample; the newest 8192 of them count.
+    REGIME_STEP: Number = "analysis.regime.step_us", Default("5"), number(Microsecond, Range::Closed(0.5, 1e6));
+    /// Amplitude of the displacement below which the joint is silent.
+    SILENCE: Number = "analysis.regime.silence_um", Default("0.0003"), number(Micrometre, Range::Closed(0.0, 1e6));
 
     /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here.
     PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
@@ -311,3 +418,39 @@ pub(super) enum Law {
     /// Eq. (5).
     Stribeck,
 }
+
+/// The ways to follow neighbours by name; the radius is a key of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Divergence {
+    /// Nearest neighbours.
+    Rosenstein,
+    /// All within a radius.
+    Kantz,
+}
+
+/// The keys of a norm and the four thresholds in one table.
+pub(super) struct NearnessKeys {
+    pub norm: &'static Key<Choice<Norm>>,
+    pub rate: &'static Key<Number>,
+    pub distance: &'static Key<Number>,
+    pub spread: &'static Key<Number>,
+    pub neighbours: &'static Key<Count>,
+}
+
+/// Those of `[analysis.recurrence]`.
+pub(super) static RECURRENCE_NEARNESS: NearnessKeys = NearnessKeys {
+    norm: &RECURRENCE_NORM,
+    rate: &RECURRENCE_RATE,
+    distance: &RECURRENCE_DISTANCE,
+    spread: &RECURRENCE_SPREAD,
+    neighbours: &RECURRENCE_NEIGHBOURS,
+};
+
+/// Those of `[analysis.quantification]`.
+pub(super) static QUANTIFICATION_NEARNESS: NearnessKeys = NearnessKeys {
+    norm: &QUANTIFICATION_NORM,
+    rate: &QUANTIFICATION_RATE,
+    distance: &QUANTIFICATION_DISTANCE,
+    spread: &QUANTIFICATION_SPREAD,
+    neighbours: &QUANTIFICATION_NEIGHBOURS,
+};

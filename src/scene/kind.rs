@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use toml::Spanned;
 use toml::de::DeValue;
 
 use super::error::nearest;
+use super::spec::{Setting, StateCoordinate};
 use super::units::Unit;
 
 /// Why a value cannot be taken.
@@ -270,6 +272,93 @@ impl Kind for Vector {
     }
 }
 
+/// A value, or the word `auto`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AutoOr<K>(pub K);
+
+impl<K: Kind> Kind for AutoOr<K> {
+    type Value = Setting<K::Value>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        match value.as_str() {
+            Some("auto") => Ok(Setting::Auto),
+            Some(_) => Err(Mismatch::Choice(None)),
+            None => self.0.read(value).map(Setting::Given),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("\"auto\", or {}", self.0.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.0.unit()
+    }
+}
+
+/// A list of numbers, one at least.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct List {
+    /// What each must be.
+    pub item: Number,
+}
+
+impl Kind for List {
+    type Value = Vec<f64>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
+        let items = value.as_array().ok_or(Mismatch::Type)?;
+        if items.is_empty() {
+            return Err(Mismatch::Range);
+        }
+        items
+            .iter()
+            .map(|item| self.item.read(item.get_ref()))
+            .collect()
+    }
+
+    fn allowed(&self) -> String {
+        format!("a list of numbers, each {}", self.item.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.item.unit
+    }
+}
+
+/// Two coordinates of the modal state: `q` or `qdot` with the number of the mode, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coordinates;
+
+impl Kind for Coordinates {
+    type Value = [StateCoordinate; 2];
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        let [first, second] = &value.as_array().ok_or(Mismatch::Type)?[..] else {
+            return Err(Mismatch::Type);
+        };
+        let coordinate = |item: &Spanned<DeValue<'_>>| {
+            let word = item.get_ref().as_str().ok_or(Mismatch::Type)?;
+            let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot")
+            {
+                Some(number) => (number, StateCoordinate::Qdot),
+                None => (
+                    word.strip_prefix('q').unwrap_or_default(),
+                    StateCoordinate::Q,
+                ),
+            };
+            let number: u16 = number.parse().map_err(|_| Mismatch::Choice(None))?;
+            let index = number.checked_sub(1).ok_or(Mismatch::Range)?;
+            Ok(make(usize::from(index)))
+        };
+        Ok([coordinate(first)?, coordinate(second)?])
+    }
+
+    fn allowed(&self) -> String {
+        "two of \"q1\", \"qdot1\", \"q2\", \"qdot2\", ...".to_owned()
+    }
+}
+
 /// One number, or a list of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OneOrMany {
@@ -423,12 +512,40 @@ mod tests {
         let many = OneOrMany { item: TILT };
         assert_eq!(read(&many, "0"), Ok(Numbers::One(0.0)));
         assert_eq!(read(&many, "[0, 0]"), Ok(Numbers::Many(vec![0.0, 0.0])));
+        let list = List { item: TILT };
+        assert_eq!(read(&list, "[0, 0.0]"), Ok(vec![0.0, 0.0]));
+        assert_eq!(read(&list, "[]"), Err(Mismatch::Range));
+        assert_eq!(read(&list, "0"), Err(Mismatch::Type));
         let tables = Tables { max: 2 };
         assert_eq!(read(&tables, "[{}, {}]"), Ok(2));
         assert_eq!(read(&tables, "[{}, {}, {}]"), Err(Mismatch::Range));
         assert_eq!(read(&tables, "[]"), Err(Mismatch::Range));
         assert_eq!(read(&tables, "[{}, 1]"), Err(Mismatch::Type));
         assert_eq!(read(&tables, "{}"), Err(Mismatch::Type));
+    }
+
+    #[test]
+    fn auto_is_a_word_among_numbers() {
+        let lag = AutoOr(TILT);
+        assert_eq!(read(&lag, "\"auto\""), Ok(Setting::Auto));
+        assert_eq!(read(&lag, "0"), Ok(Setting::Given(0.0)));
+        assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
+        assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
+        assert_eq!(lag.expected(), "\"auto\", or a number from -90 to 90 deg");
+    }
+
+    #[test]
+    fn coordinates_are_two_modes_counted_from_one() {
+        use StateCoordinate::{Q, Qdot};
+        let pair = |text: &str| read(&Coordinates, text);
+        assert_eq!(pair("[\"q1\", \"qdot12\"]"), Ok([Q(0), Qdot(11)]));
+        assert_eq!(pair("[\"q1\"]"), Err(Mismatch::Type));
+        assert_eq!(pair("[\"q1\", 2]"), Err(Mismatch::Type));
+        assert_eq!(pair("[\"q0\", \"q1\"]"), Err(Mismatch::Range));
+        for wrong in ["q", "p1", "qdot", "q-1", "q1x", ""] {
+            let text = format!("[\"q1\", \"{wrong}\"]");
+            assert_eq!(pair(&text), Err(Mismatch::Choice(None)), "{wrong}");
+        }
     }
 
     #[test]

@@ -19,6 +19,7 @@ pub use keys::key_reference;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::Schedule;
 pub use spec::{
-    AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,
-    SpectrogramSpec, SpectrumSpec, Start,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, Integrator, Method, NearnessSpec,
+    QuantificationSpec, RecordSpec, RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface,
+    Setting, SlidingSpec, SpectrogramSpec, Start, StateCoordinate,
 };

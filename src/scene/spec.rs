@@ -1,5 +1,6 @@
 //! The validated scene.
 
+use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::joint::JointSpec;
 use crate::scene::Schedule;
 
@@ -69,57 +70,202 @@ pub enum Method {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AnalysisSpec {
     /// Sliding amplitude spectrum of the probe's velocity.
-    pub spectrum: Option<SpectrumSpec>,
+    pub spectrum: Option<SlidingSpec>,
     /// Spectrogram of the probe's velocity.
     pub spectrogram: Option<SpectrogramSpec>,
+    /// Choice of delay and embedding dimension from the probe's displacement.
+    pub delay: Option<DelaySpec>,
     /// Recurrence plot of the probe's displacement.
     pub recurrence: Option<RecurrenceSpec>,
+    /// Recurrence quantification of the probe's displacement.
+    pub quantification: Option<QuantificationSpec>,
+    /// Poincare section.
+    pub section: Option<SectionSpec>,
+    /// Largest Lyapunov exponent and 0-1 test of the probe's displacement.
+    pub chaos: Option<ChaosSpec>,
+    /// Kind of motion of the probe's displacement.
+    pub regime: Option<RegimeSpec>,
 }
 
-/// Sliding spectrum.
+/// A window that slides along the samples, and how often it is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpectrumSpec {
+pub struct SlidingSpec {
     /// Length of the window, s.
     pub window: f64,
-    /// Time between spectra, s.
+    /// Time from one look to the next, s.
     pub every: f64,
+}
+
+/// A value that the scene gives or the signal decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting<T> {
+    /// As given.
+    Given(T),
+    /// As [`AnalysisSpec::delay`] last chose it; there is none before its first choice.
+    Auto,
+}
+
+impl<T> Setting<T> {
+    /// The value given, or else another.
+    pub fn or(self, auto: T) -> T {
+        match self {
+            Self::Given(value) => value,
+            Self::Auto => auto,
+        }
+    }
+
+    /// The same in other terms.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Setting<U> {
+        match self {
+            Self::Given(value) => Setting::Given(convert(value)),
+            Self::Auto => Setting::Auto,
+        }
+    }
+}
+
+/// Delay vectors, Eq. (25).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmbeddingSpec {
+    /// Delay `tau`, s.
+    pub lag: Setting<f64>,
+    /// Embedding dimension `m`.
+    pub dimension: Setting<usize>,
+}
+
+/// Which states count as the same, Eq. (26).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearnessSpec {
+    /// How distances are measured.
+    pub norm: Norm,
+    /// Threshold `epsilon`; a distance is in m.
+    pub threshold: Threshold,
 }
 
 /// Spectrogram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrogramSpec {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Time between columns, s.
-    pub every: f64,
+    /// The window of a column, and the time between columns.
+    pub sliding: SlidingSpec,
     /// Highest frequency kept, Hz.
     pub max_frequency: f64,
+}
+
+/// Choice of delay and embedding dimension.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DelaySpec {
+    /// The window, and the time between choices.
+    pub sliding: SlidingSpec,
+    /// Largest delay tried, s.
+    pub largest_lag: f64,
+    /// Largest dimension tried.
+    pub largest_dimension: usize,
+    /// Bins along an axis of the joint histogram of the mutual information.
+    pub bins: usize,
+    /// Share of false neighbours that counts as none, 0 to 1.
+    pub false_share: f64,
 }
 
 /// Evolving recurrence plot in a sliding window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecurrenceSpec {
-    /// Length of the window, s.
-    pub window: f64,
+    /// The window, and the time between plots.
+    pub sliding: SlidingSpec,
     /// Points along a side.
     pub size: usize,
-    /// Time between plots, s.
-    pub every: f64,
-    /// Delay `tau` of Eq. (25), s.
-    pub lag: f64,
-    /// Embedding dimension `m` of Eq. (25).
-    pub dimension: usize,
-    /// Threshold `epsilon` of Eq. (26).
-    pub threshold: RecurrenceThreshold,
+    /// The states.
+    pub embedding: EmbeddingSpec,
+    /// Which of them count as the same.
+    pub nearness: NearnessSpec,
 }
 
-/// How the threshold of Eq. (26) is chosen.
+/// Recurrence quantification in a sliding window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RecurrenceThreshold {
-    /// A distance, m.
-    Distance(f64),
-    /// The distance at which this share of the pairs is recurrent, 0 to 1.
-    Rate(f64),
+pub struct QuantificationSpec {
+    /// The window, and the time between its measures.
+    pub sliding: SlidingSpec,
+    /// Spacing of the states, s, at least that of the samples; the delay is rounded to a whole
+    /// number of it.
+    pub step: f64,
+    /// The states.
+    pub embedding: EmbeddingSpec,
+    /// Which of them count as the same.
+    pub nearness: NearnessSpec,
+    /// Theiler window, s: states nearer in time are not compared.
+    pub theiler: f64,
+    /// Shortest diagonal line, states.
+    pub least_diagonal: usize,
+    /// Shortest vertical line, states.
+    pub least_vertical: usize,
+}
+
+/// Poincare section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionSpec {
+    /// Time between reports of the passages, s.
+    pub every: f64,
+    /// The surface.
+    pub surface: SectionSurface,
+    /// Which passages count.
+    pub direction: Direction,
+}
+
+/// The surface of a Poincare section, and what is shown of a passage.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SectionSurface {
+    /// `y(t + lag) = level` of the delay trajectory (Fig. 10); shown are `(y(t), y(t + 2 lag))`.
+    Delay {
+        /// Delay, s.
+        lag: Setting<f64>,
+        /// Level of the displacement, m.
+        level: f64,
+    },
+    /// The plane `normal_q . q + normal_qdot . dq/dt = offset` of the modal state. Modes that a
+    /// normal does not reach have a zero in it. A signal without modes has no such section.
+    State {
+        /// Components of the normal along the modal coordinates.
+        normal_q: Vec<f64>,
+        /// Components of the normal along the modal velocities, s.
+        normal_qdot: Vec<f64>,
+        /// Offset, sqrt(kg) m.
+        offset: f64,
+        /// The two coordinates shown, sqrt(kg) m or sqrt(kg) m/s.
+        shown: [StateCoordinate; 2],
+    },
+}
+
+/// A coordinate of the modal state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateCoordinate {
+    /// Modal coordinate of the mode with this index, from 0.
+    Q(usize),
+    /// Modal velocity of the mode with this index, from 0.
+    Qdot(usize),
+}
+
+/// Chaos from data alone, in a sliding window: how neighbours part, and the 0-1 test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChaosSpec {
+    /// The window, and the time between results.
+    pub sliding: SlidingSpec,
+    /// The states.
+    pub embedding: EmbeddingSpec,
+    /// Theiler window, s: states nearer in time are no neighbours.
+    pub theiler: f64,
+    /// How long neighbours are followed, s.
+    pub horizon: f64,
+    /// Whose distance is followed.
+    pub method: DivergenceMethod,
+}
+
+/// Verdict on the kind of motion in a sliding window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegimeSpec {
+    /// The window, and the time between verdicts.
+    pub sliding: SlidingSpec,
+    /// Spacing of the samples that are looked at, s; at least that of the samples there are.
+    pub step: f64,
+    /// Amplitude below which it is silent, m.
+    pub silence: f64,
 }
 
 /// What is recorded and how often.

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::keys::{ALL, split};
 use super::*;
+use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::joint::{Frequencies, Friction, Stribeck};
 
 /// The smallest scene: the required keys only.
@@ -63,12 +64,27 @@ fn every_default_is_valid() {
         [body]\n[socket]\n[rotation]\n[contact]\n[start]\n[record]
         [analysis.spectrum]\n[analysis.spectrogram]
         [analysis.recurrence]\nthreshold_um = 0.25
+        [analysis.delay]\n[analysis.section]\n[analysis.chaos]\n[analysis.regime]
+        [analysis.quantification]\nthreshold_spread = 0.2
         [friction]\nmu_s = 0.5\nmu_d = 0.2
         [damping]\nratio = 0.001";
     let scene = Scene::parse("m", format!("{SMALLEST}{everything}")).expect("valid");
     assert!(scene.analysis.spectrum.is_some() && scene.analysis.spectrogram.is_some());
     let recurrence = scene.analysis.recurrence.expect("asked for");
-    assert_eq!(recurrence.threshold, RecurrenceThreshold::Distance(2.5e-7));
+    assert_eq!(recurrence.nearness.threshold, Threshold::Distance(2.5e-7));
+    assert_eq!(recurrence.embedding.lag, Setting::Given(60e-6));
+    let quantification = scene.analysis.quantification.expect("asked for");
+    assert_eq!(quantification.nearness.threshold, Threshold::Spread(0.2));
+    let chaos = scene.analysis.chaos.expect("asked for");
+    assert_eq!(chaos.method, DivergenceMethod::Rosenstein);
+    assert!(scene.analysis.delay.is_some() && scene.analysis.regime.is_some());
+    assert_eq!(
+        scene.analysis.section.expect("asked for").surface,
+        SectionSurface::Delay {
+            lag: Setting::Given(60e-6),
+            level: 0.0
+        }
+    );
     assert_eq!(scene.joint.damping, [0.001; 11]);
     assert_eq!(
         scene.joint.friction,
@@ -360,6 +376,70 @@ fn values_must_fit_together() {
             ":8: `analysis.recurrence.threshold_um`",
         ),
         (
+            "[analysis.recurrence]\nthreshold_rate = 0.1\nneighbours = 9\nthreshold_spread = 1\n",
+            ":9: `analysis.recurrence.neighbours`",
+        ),
+        (
+            "[analysis.recurrence]\nneighbours = 400\n",
+            ":7: `analysis.recurrence.neighbours`: 400 neighbours among 400 states",
+        ),
+        (
+            "[analysis.recurrence]\nthreshold_rate = 0.1\nlag_us = \"auto\"\n",
+            ":8: `analysis.recurrence.lag_us`: \"auto\" takes what [analysis.delay] chooses",
+        ),
+        (
+            "[analysis.delay]\nwindow_ms = 4\n",
+            ":7: `analysis.delay.window_ms`: largest_lag_us, largest_dimension reach over 2.4 ms",
+        ),
+        (
+            "[analysis.quantification]\nthreshold_rate = 0.1\nstep_us = 2000\n",
+            ":8: `analysis.quantification.step_us`",
+        ),
+        (
+            "[analysis.quantification]\nthreshold_rate = 0.1\ntheiler_us = 12e3\n",
+            ":8: `analysis.quantification.window_ms`: theiler_us reach over 12 ms",
+        ),
+        (
+            "[analysis.quantification]\nneighbours = 1988\n",
+            ":7: `analysis.quantification.neighbours`: 1988 neighbours among 1988 states",
+        ),
+        (
+            "[analysis.section]\noffset_um = 1\n",
+            ":7: `analysis.section.offset_um`",
+        ),
+        (
+            "[analysis.section]\nplane_q = [1]\nlevel_um = 0\nshown = [\"q1\", \"q2\"]\n",
+            ":8: `analysis.section.level_um`",
+        ),
+        (
+            "[analysis.section]\nplane_q = [0, 0]\nshown = [\"q1\", \"q2\"]\n",
+            ":7: `analysis.section.plane_q`: a plane needs a normal",
+        ),
+        (
+            "[analysis.section]\nplane_qdot_ms = [0,0,0,0,0,0,0,0,0,0,0,1]\nshown = [\"q1\", \"q2\"]\n",
+            ":7: `analysis.section.plane_qdot_ms`: more numbers than modes, of which there are 11",
+        ),
+        (
+            "[analysis.section]\nplane_q = [1]\nshown = [\"q1\", \"qdot12\"]\n",
+            ":8: `analysis.section.shown`: a mode that is not there",
+        ),
+        (
+            "[analysis.section]\nplane_q = [1]\n",
+            ":6: `analysis.section.shown` is missing",
+        ),
+        (
+            "[analysis.chaos]\nhorizon_ms = 45\n",
+            ":7: `analysis.chaos.window_ms`",
+        ),
+        (
+            "[analysis.chaos]\nradius = 0.1\n",
+            ":7: `analysis.chaos.radius`: nearest neighbours have no radius",
+        ),
+        (
+            "[analysis.chaos]\nmethod = \"kantz\"\n",
+            ":6: `analysis.chaos.radius` is missing",
+        ),
+        (
             "[record]\nenergy_rate_khz = 201\n",
             ":7: `record.energy_rate_khz`",
         ),
@@ -371,6 +451,56 @@ fn values_must_fit_together() {
             "{added}: {message}"
         );
     }
+}
+
+#[test]
+fn the_laboratory_reads_its_keys_in_si() {
+    let added = "
+        [analysis.delay]
+        window_ms = 10\nevery_ms = 5\nlargest_lag_us = 200\nlargest_dimension = 6\nfalse_share = 0.05
+        [analysis.recurrence]
+        lag_us = \"auto\"\ndimension = \"auto\"\nnorm = \"maximum\"\nneighbours = 20
+        [analysis.section]
+        plane_q = [0, 1]\nplane_qdot_ms = [2.0]\noffset_um = 0.5\nshown = [\"q1\", \"qdot11\"]
+        direction = \"both\"
+        [analysis.chaos]
+        method = \"kantz\"\nradius = 0.1
+        [analysis.regime]
+        silence_um = 1.0";
+    let scene = Scene::parse("m", format!("{SMALLEST}{added}")).expect("valid");
+    let AnalysisSpec {
+        delay,
+        recurrence,
+        section,
+        chaos,
+        regime,
+        ..
+    } = scene.analysis;
+    let delay = delay.expect("asked for");
+    assert_eq!((delay.sliding.window, delay.sliding.every), (10e-3, 5e-3));
+    assert_eq!((delay.largest_lag, delay.largest_dimension), (200e-6, 6));
+    assert_eq!((delay.bins, delay.false_share), (32, 0.05));
+    let recurrence = recurrence.expect("asked for");
+    assert_eq!(recurrence.embedding.lag, Setting::Auto);
+    assert_eq!(recurrence.embedding.dimension, Setting::Auto);
+    assert_eq!(recurrence.nearness.norm, Norm::Maximum);
+    assert_eq!(recurrence.nearness.threshold, Threshold::Neighbours(20));
+    assert_eq!(
+        section.expect("asked for"),
+        SectionSpec {
+            every: 1e-3,
+            surface: SectionSurface::State {
+                normal_q: vec![0.0, 1.0],
+                normal_qdot: vec![2e-3],
+                offset: 0.5e-6,
+                shown: [StateCoordinate::Q(0), StateCoordinate::Qdot(10)],
+            },
+            direction: Direction::Both,
+        }
+    );
+    let method = chaos.expect("asked for").method;
+    assert_eq!(method, DivergenceMethod::Kantz { radius: 0.1 });
+    assert_eq!(regime.expect("asked for").silence, 1e-6);
 }
 
 #[test]

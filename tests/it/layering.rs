@@ -125,6 +125,7 @@ fn foreign_things_stay_in_their_room() {
         ("std::thread::", "pipeline"),
         ("crossbeam_channel::", "pipeline"),
         ("faer::", "fem joint"),
+        ("realfft::", "analysis"),
         ("rustfft::", "analysis"),
         ("rayon::", "analysis"),
     ] {

@@ -54,6 +54,16 @@ impl<'a> DelayVectors<'a> {
         self.samples.len() - (self.dimension - 1) * self.lag
     }
 
+    /// The samples `u`.
+    pub fn samples(&self) -> &'a [f64] {
+        self.samples
+    }
+
+    /// Lag `tau`, samples.
+    pub fn lag(&self) -> usize {
+        self.lag
+    }
+
     /// Embedding dimension `m`.
     pub fn dimension(&self) -> usize {
         self.dimension

@@ -1,6 +1,16 @@
-//! False nearest neighbours (Kennel, Brown and Abarbanel 1992).
+//! False nearest neighbours: does a further coordinate part those who seemed close?
+//!
+//! In too few dimensions an attractor is seen in projection: states lie side by side that are
+//! far apart, and the next coordinate shows it. Where no such false neighbours are left the
+//! attractor is unfolded (M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45, 3403,
+//! 1992). A law makes their share fall to nothing; noise, which fills every dimension, does not.
 
-use crate::analysis::AnalysisError;
+use rayon::prelude::*;
+
+use crate::analysis::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm};
+
+/// Distances are not known better than this share of the deviation of the samples.
+const RESOLUTION: f64 = 1e-6;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +25,26 @@ pub struct FalseNeighbourSearch {
     pub distance_ratio: f64,
     /// Second criterion: new distance over the deviation of the signal (Kennel's A_tol, 2).
     pub size_ratio: f64,
+}
+
+impl FalseNeighbourSearch {
+    /// With the limits of Kennel, Brown and Abarbanel: 15 and 2.
+    pub fn new(lag: usize, largest_dimension: usize, theiler: usize) -> Self {
+        Self {
+            lag,
+            largest_dimension,
+            theiler,
+            distance_ratio: 15.0,
+            size_ratio: 2.0,
+        }
+    }
+
+    /// The samples that are needed: so many that in the largest dimension some vector has a
+    /// neighbour outside the Theiler window, both with a next coordinate.
+    fn samples_needed(&self) -> usize {
+        let next = self.largest_dimension.saturating_mul(self.lag);
+        next.saturating_add(self.theiler.max(1)).saturating_add(1)
+    }
 }
 
 /// The share of nearest neighbours that the next dimension parts.
@@ -36,13 +66,266 @@ impl FalseNeighbours {
     }
 }
 
-/// Counts false nearest neighbours.
+/// Counts false nearest neighbours in the dimensions `m` = 1 to the largest.
+///
+/// Every vector `i` that has a next coordinate `x[i + m lag]` is judged by its nearest neighbour
+/// `j`, `|i - j| >= theiler`, that has one too. With `R_m` their Euclidean distance in `m`
+/// dimensions, `d = |x[i + m lag] - x[j + m lag]|` its growth, and `sigma` the standard deviation
+/// of the samples, `j` is false if
+///
+/// ```text
+/// d > distance_ratio R_m     or     sqrt(R_m^2 + d^2) > size_ratio sigma
+/// ```
+///
+/// In the first criterion `R_m` counts as `1e-6 sigma` if it is smaller, down to 0: neighbours
+/// that coincide are false if they part by more than that allows. If they stay together the state
+/// has come back, to all digits, and nothing is learnt: the nearest neighbour farther away than
+/// `1e-6 sigma` is judged instead. (Otherwise a computed periodic signal would seem unfolded in one
+/// dimension as soon as it repeats on a whole number of samples.) A constant signal has no false
+/// neighbours.
+///
+/// The work is shared among all cores; the result does not depend on how many there are.
 ///
 /// # Errors
-/// [`AnalysisError`].
+/// [`AnalysisError::NoDelay`] for a lag or dimension of zero; [`AnalysisError::TooShort`] if no
+/// vector of the largest dimension has a neighbour.
 pub fn false_neighbours(
-    _samples: &[f64],
-    _search: &FalseNeighbourSearch,
+    samples: &[f64],
+    search: &FalseNeighbourSearch,
 ) -> Result<FalseNeighbours, AnalysisError> {
-    unimplemented!()
+    let &FalseNeighbourSearch { lag, theiler, .. } = search;
+    if lag == 0 || search.largest_dimension == 0 {
+        return Err(AnalysisError::NoDelay {
+            lag,
+            dimension: search.largest_dimension,
+        });
+    }
+    if samples.len() < search.samples_needed() {
+        return Err(AnalysisError::TooShort {
+            what: "false neighbours",
+            have: samples.len(),
+            need: search.samples_needed(),
+        });
+    }
+    let sigma = deviation(samples);
+    let (resolution, size) = (RESOLUTION * sigma, search.size_ratio * sigma);
+    let mut found = FalseNeighbours {
+        lag,
+        share: Vec::with_capacity(search.largest_dimension),
+        judged: Vec::with_capacity(search.largest_dimension),
+    };
+    for dimension in 1..=search.largest_dimension {
+        // All vectors that have a next coordinate.
+        let vectors = DelayVectors::new(&samples[..samples.len() - lag], lag, dimension)?;
+        let next = &samples[dimension * lag..];
+        let tree = NeighbourTree::new(vectors, Norm::Euclidean);
+        let nearest = tree.nearest_all(theiler, usize::MAX);
+        let judged = nearest.par_iter().enumerate().filter_map(|(i, neighbour)| {
+            let is_false = |neighbour: Neighbour| {
+                let growth = (next[i] - next[neighbour.index]).abs();
+                growth > search.distance_ratio * neighbour.distance.max(resolution)
+                    || (neighbour.distance * neighbour.distance + growth * growth).sqrt() > size
+            };
+            let neighbour = (*neighbour)?;
+            if is_false(neighbour) || neighbour.distance > resolution {
+                return Some(is_false(neighbour));
+            }
+            let other = tree.nearest_beyond(i, resolution, theiler, usize::MAX);
+            Some(other.is_some_and(is_false))
+        });
+        let count = |(wrong, all), is_false| (wrong + usize::from(is_false), all + 1);
+        let (wrong, all) = judged
+            .fold(|| (0, 0), count)
+            .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        found.share.push(wrong as f64 / all as f64);
+        found.judged.push(all);
+    }
+    Ok(found)
+}
+
+/// Standard deviation about the mean.
+fn deviation(samples: &[f64]) -> f64 {
+    let count = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / count;
+    let squares = samples.iter().map(|x| (x - mean) * (x - mean));
+    (squares.sum::<f64>() / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
+
+    /// Starts of trajectories for the Lorenz system.
+    const STARTS: [[f64; 3]; 6] = [
+        [1.0, 1.0, 1.0],
+        [-5.0, 3.0, 20.0],
+        [0.1, 0.0, 0.0],
+        [10.0, -4.0, 30.0],
+        [2.0, 7.0, 5.0],
+        [-1.0, -8.0, 27.0],
+    ];
+
+    /// The definition, with every distance measured; the number of the judged and of the false.
+    fn direct(samples: &[f64], search: &FalseNeighbourSearch, m: usize) -> (usize, usize) {
+        let sigma = deviation(samples);
+        let count = samples.len() - m * search.lag;
+        let at = |i: usize, c: usize| samples[i + c * search.lag];
+        let (mut judged, mut wrong) = (0, 0);
+        for i in 0..count {
+            let squared = |j: usize| {
+                let squares = (0..m).map(|c| (at(i, c) - at(j, c)) * (at(i, c) - at(j, c)));
+                squares.fold(0.0, |a, b| a + b)
+            };
+            let nearest = |beyond: f64| {
+                (0..count)
+                    .filter(|&j| i.abs_diff(j) >= search.theiler.max(1))
+                    .filter(|&j| squared(j).sqrt() > beyond)
+                    .min_by(|&a, &b| squared(a).total_cmp(&squared(b)))
+            };
+            let is_false = |j: usize| {
+                let (r, d) = (squared(j).sqrt(), (at(i, m) - at(j, m)).abs());
+                d > search.distance_ratio * r.max(1e-6 * sigma)
+                    || (r * r + d * d).sqrt() > search.size_ratio * sigma
+            };
+            let Some(j) = nearest(-1.0) else { continue };
+            judged += 1;
+            let together = squared(j).sqrt() <= 1e-6 * sigma && !is_false(j);
+            let verdict = if together {
+                nearest(1e-6 * sigma).is_some_and(is_false)
+            } else {
+                is_false(j)
+            };
+            wrong += usize::from(verdict);
+        }
+        (judged, wrong)
+    }
+
+    #[test]
+    fn shares_are_those_of_the_definition() {
+        let chaos = coordinate(&lorenz(800, 0.02, STARTS[0]), 0);
+        let steps: Vec<f64> = noise(1, 500, 1.0).iter().map(|x| x.round()).collect();
+        for (samples, lag, theiler) in [(chaos, 8, 40), (noise(2, 300, 1.0), 1, 0), (steps, 2, 9)] {
+            let search = FalseNeighbourSearch::new(lag, 5, theiler);
+            let found = false_neighbours(&samples, &search).unwrap();
+            for m in 1..=5 {
+                let (judged, wrong) = direct(&samples, &search, m);
+                assert_eq!(found.judged[m - 1], judged);
+                assert_eq!(
+                    found.share[m - 1],
+                    wrong as f64 / judged as f64,
+                    "{lag}, {m}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn each_criterion_alone_finds_what_it_should() {
+        let samples = [0.0, 5.0, 1.0, 10.0, 6.0];
+        let share = |distance_ratio, size_ratio| {
+            let search = FalseNeighbourSearch {
+                distance_ratio,
+                size_ratio,
+                ..FalseNeighbourSearch::new(1, 1, 0)
+            };
+            false_neighbours(&samples, &search).unwrap().share[0]
+        };
+        // The neighbours of 0, 5, 1, 10 are 1, 1, 0, 5: distances 1, 4, 1, 5, and the next samples
+        // part by 5, 9, 5, 5. New distances are 5.10, 9.85, 5.10, 7.07; sigma is the root of 13.04.
+        for (ratio, expected) in [(5.1, 0.0), (4.9, 0.5), (2.2, 0.75), (0.9, 1.0)] {
+            assert_eq!(share(ratio, 100.0), expected, "{ratio}");
+        }
+        for (size, expected) in [(10.0, 0.0), (8.0, 0.25), (6.0, 0.5), (5.0, 1.0)] {
+            assert_eq!(share(100.0, size / 13.04_f64.sqrt()), expected, "{size}");
+        }
+    }
+
+    #[test]
+    fn the_lorenz_system_unfolds_in_three_dimensions() {
+        // Known from one trajectory: 99.7, 6.8, 0.03, 0 %. Over six of ours: 99.76 to 99.87,
+        // 6.5 to 7.4, 0 to 0.07, 0.
+        for start in &STARTS[..3] {
+            let x = coordinate(&lorenz(50_000, 0.01, *start), 0);
+            let search = FalseNeighbourSearch::new(17, 4, 50);
+            let found = false_neighbours(&x, &search).unwrap();
+            assert!((found.share[0] - 0.998).abs() < 0.001, "{found:?}");
+            assert!((found.share[1] - 0.068).abs() < 0.006, "{found:?}");
+            assert!((found.share[2] - 0.0003).abs() < 0.0005, "{found:?}");
+            assert_eq!(found.share[3], 0.0);
+            assert_eq!(found.dimension(0.01), Some(3));
+            assert_eq!(found.judged[0], 50_000 - 17);
+        }
+    }
+
+    #[test]
+    fn the_roessler_system_unfolds_in_three_dimensions() {
+        let x = coordinate(&roessler(20_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]), 0);
+        let found = false_neighbours(&x, &FalseNeighbourSearch::new(14, 5, 60)).unwrap();
+        assert_eq!(found.dimension(0.01), Some(3), "{found:?}");
+        assert_eq!(found.share[3..], [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_closed_curve_unfolds_in_two_dimensions() {
+        // The first repeats on the samples, after 50 of them: states coincide but for rounding.
+        for frequency in [1.0, 0.1_f64.exp()] {
+            let signal = sines(50.0, 5000, &[(frequency, 3.0, 0.3)]);
+            let found = false_neighbours(&signal, &FalseNeighbourSearch::new(10, 5, 50)).unwrap();
+            assert!(found.share[0] > 0.2, "{found:?}");
+            assert_eq!(found.share[1..], [0.0; 4], "{found:?}");
+        }
+    }
+
+    #[test]
+    fn noise_never_unfolds() {
+        for count in [1000, 20_000] {
+            let signal = noise(3, count, 1.0);
+            let found = false_neighbours(&signal, &FalseNeighbourSearch::new(1, 8, 1)).unwrap();
+            assert!(found.share.iter().all(|&share| share > 0.1), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_constant_signal_has_no_false_neighbours() {
+        let found = false_neighbours(&[0.1; 500], &FalseNeighbourSearch::new(3, 4, 10)).unwrap();
+        assert_eq!(found.share, [0.0; 4]);
+        assert_eq!(found.judged, [497, 494, 491, 488]);
+    }
+
+    #[test]
+    fn scale_does_not_change_the_shares() {
+        let signal = noise(4, 500, 1.0);
+        let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(-60)).collect();
+        let search = FalseNeighbourSearch::new(2, 4, 3);
+        let (a, b) = (
+            false_neighbours(&signal, &search),
+            false_neighbours(&scaled, &search),
+        );
+        assert_eq!(a, b);
+    }
+
+    #[test]
+    fn too_few_samples_are_refused() {
+        let search = FalseNeighbourSearch::new(5, 3, 10);
+        let signal = noise(5, 26, 1.0);
+        let found = false_neighbours(&signal, &search).unwrap();
+        assert_eq!(found.judged, [21, 12, 2]);
+        assert_eq!(
+            false_neighbours(&signal[1..], &search).unwrap_err(),
+            AnalysisError::TooShort {
+                what: "false neighbours",
+                have: 25,
+                need: 26
+            }
+        );
+        for (lag, dimension) in [(0, 3), (5, 0)] {
+            let error = false_neighbours(&signal, &FalseNeighbourSearch::new(lag, dimension, 1));
+            assert_eq!(
+                error.unwrap_err(),
+                AnalysisError::NoDelay { lag, dimension }
+            );
+        }
+        assert!(false_neighbours(&signal, &FalseNeighbourSearch::new(usize::MAX, 9, 1)).is_err());
+    }
 }

@@ -1,15 +1,303 @@
 //! All counts of a recurrence plot without ever storing it.
 
+use rayon::prelude::*;
+
+use super::sweep::{Limits, Pairs};
+use super::tally::Tally;
+use super::threshold::Nearness;
 use super::{RecurrenceCounts, RecurrenceRule};
 use crate::analysis::{AnalysisError, DelayVectors};
 
-/// Counts the recurrence plot of these vectors.
+/// Counts the recurrence plot of these vectors, as defined with [`RecurrenceCounts`].
+///
+/// Exact: every pair is compared in double precision, every line counted; only where something
+/// changes from one diagonal of the plot to the next is there more to do than a comparison. Time
+/// is proportional to the number of pairs, memory to the number of vectors. All cores are used;
+/// the counts do not depend on how many there are.
 ///
 /// # Errors
-/// [`AnalysisError`].
+/// As [`find_threshold`](super::find_threshold).
 pub fn quantify(
-    _vectors: &DelayVectors<'_>,
-    _rule: &RecurrenceRule,
+    vectors: &DelayVectors<'_>,
+    rule: &RecurrenceRule,
 ) -> Result<RecurrenceCounts, AnalysisError> {
-    unimplemented!()
+    let pairs = Pairs::new(vectors, rule.norm, rule.theiler);
+    let nearness = Nearness::find(&pairs, rule.threshold)?;
+    let limits = nearness.limits(rule.norm);
+    let symmetric = matches!(limits, Limits::One(_));
+    let new = || Tally::new(pairs.states, symmetric);
+    let tally = pairs
+        .pieces()
+        .into_par_iter()
+        .fold(
+            || None,
+            |tally: Option<Tally>, piece| {
+                let mut tally = tally.unwrap_or_else(new);
+                pairs.visit(piece, limits, &mut tally);
+                Some(tally)
+            },
+        )
+        .flatten()
+        .reduce_with(Tally::join);
+    Ok(tally.unwrap_or_else(new).finish(rule.theiler))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::analysis::test_signals::{noise, sines};
+    use crate::analysis::{Norm, RateBase, Threshold, find_threshold};
+
+    const NORMS: [Norm; 3] = [Norm::Euclidean, Norm::Maximum, Norm::Manhattan];
+
+    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceRule {
+        RecurrenceRule {
+            norm,
+            threshold,
+            theiler,
+        }
+    }
+
+    /// The definition: every pair by itself.
+    fn one_by_one(vectors: &DelayVectors<'_>, rule: &RecurrenceRule) -> RecurrenceCounts {
+        let n = vectors.len();
+        let extent = |i: usize, j: usize| {
+            let coordinates = vectors.vector(i).zip(vectors.vector(j));
+            rule.norm.extent(coordinates.map(|(a, b)| a - b))
+        };
+        let limits: Vec<f64> = match rule.threshold {
+            Threshold::Neighbours(wanted) => {
+                let limit = |j: usize| {
+                    let others = (0..n).filter(|i| i.abs_diff(j) >= rule.theiler.max(1));
+                    let mut extents: Vec<f64> = others.map(|i| extent(i, j)).collect();
+                    extents.sort_by(f64::total_cmp);
+                    extents.get(wanted - 1).or(extents.last()).copied()
+                };
+                (0..n).map(|j| limit(j).unwrap_or(0.0)).collect()
+            }
+            _ => vec![
+                rule.norm
+                    .extent_within(find_threshold(vectors, rule).unwrap());
+                n
+            ],
+        };
+        RecurrenceCounts::of_matrix(n, n, rule.theiler, |i, j| extent(i, j) <= limits[j])
+    }
+
+    /// Rough, smooth and with many ties.
+    fn signals(n: usize) -> [Vec<f64>; 3] {
+        let rough = noise(n as u64, n, 1.0);
+        let smooth = sines(1.0, n, &[(0.021, 1.0, 0.3), (0.0034, 0.7, 1.0)]);
+        let tied = rough.iter().map(|x| (2.0 * x).round()).collect();
+        [rough, smooth, tied]
+    }
+
+    #[test]
+    fn counts_are_those_of_the_definition() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        for n in [1, 2, 3, 5, 63, 64, 65, 128, 129, 200] {
+            for (lag, dimension) in [(1, 1), (1, 2), (3, 4), (40, 3)] {
+                for signal in signals(DelayVectors::samples_for(n, lag, dimension)) {
+                    let vectors = DelayVectors::new(&signal, lag, dimension).unwrap();
+                    let norm = NORMS[rng.random_range(0..3)];
+                    for theiler in [0, 1, 5, n - 1, n, usize::MAX] {
+                        for threshold in [
+                            Threshold::Distance(0.3),
+                            Threshold::Distance(0.0),
+                            Threshold::Distance(1e9),
+                            Threshold::Spread(0.5),
+                            Threshold::Rate(0.1),
+                            Threshold::Neighbours(3),
+                        ] {
+                            let rule = rule(norm, threshold, theiler);
+                            assert_eq!(
+                                quantify(&vectors, &rule).unwrap(),
+                                one_by_one(&vectors, &rule),
+                                "{n} states, lag {lag}, dimension {dimension}, {rule:?}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_number_of_threads_changes_nothing() {
+        for signal in &signals(1_200)[..2] {
+            let vectors = DelayVectors::new(signal, 10, 5).unwrap();
+            for threshold in [Threshold::Rate(0.05), Threshold::Neighbours(40)] {
+                for theiler in [0, 1, 30] {
+                    let rule = rule(Norm::Euclidean, threshold, theiler);
+                    let with = |threads| {
+                        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                        let pool = pool.build().unwrap();
+                        pool.install(|| quantify(&vectors, &rule).unwrap())
+                    };
+                    let one = with(1);
+                    assert_eq!(one, with(2));
+                    assert_eq!(one, with(7));
+                    // With several stretches along a diagonal, as no small signal has.
+                    assert_eq!(one, one_by_one(&vectors, &rule));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_set_of_instructions_counts_the_same() {
+        fn with(simd: impl pulp::Simd, pairs: &Pairs<'_>, limits: Limits<'_>) -> RecurrenceCounts {
+            let mut tally = Tally::new(pairs.states, matches!(limits, Limits::One(_)));
+            for piece in pairs.pieces() {
+                pairs.visit_with(simd, piece, limits, &mut tally);
+            }
+            tally.finish(pairs.theiler)
+        }
+        for norm in NORMS {
+            for signal in signals(700) {
+                let vectors = DelayVectors::new(&signal, 9, 3).unwrap();
+                let pairs = Pairs::new(&vectors, norm, 1);
+                for threshold in [Threshold::Spread(0.4), Threshold::Neighbours(9)] {
+                    let expected = quantify(&vectors, &rule(norm, threshold, 1)).unwrap();
+                    let nearness = Nearness::find(&pairs, threshold).unwrap();
+                    let limits = nearness.limits(norm);
+                    assert_eq!(with(pulp::Scalar::new(), &pairs, limits), expected);
+                    #[cfg(target_arch = "x86_64")]
+                    if let Some(avx2) = pulp::x86::V3::try_new() {
+                        assert_eq!(with(avx2, &pairs, limits), expected);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shift_scale_and_reversal_change_nothing() {
+        // Whole numbers are shifted and halved without rounding.
+        let signal: Vec<f64> = noise(3, 400, 1e6).iter().map(|x| x.round()).collect();
+        let count = |signal: &[f64], threshold| {
+            let vectors = DelayVectors::new(signal, 4, 3).unwrap();
+            quantify(&vectors, &rule(Norm::Euclidean, threshold, 1)).unwrap()
+        };
+        for (threshold, scaled) in [
+            (Threshold::Rate(0.1), Threshold::Rate(0.1)),
+            (Threshold::Spread(0.5), Threshold::Spread(0.5)),
+            (Threshold::Distance(1e6), Threshold::Distance(1e6 / 1024.0)),
+            (Threshold::Neighbours(20), Threshold::Neighbours(20)),
+        ] {
+            let counts = count(&signal, threshold);
+            let small: Vec<f64> = signal.iter().map(|x| x / 1024.0).collect();
+            assert_eq!(count(&small, scaled), counts);
+            let reversed: Vec<f64> = signal.iter().rev().copied().collect();
+            let backwards = count(&reversed, threshold);
+            assert_eq!(backwards.recurrent, counts.recurrent);
+            assert_eq!(backwards.diagonal, counts.diagonal);
+            assert_eq!(backwards.vertical, counts.vertical);
+            assert_eq!(backwards.gaps, counts.gaps);
+        }
+        let shifted: Vec<f64> = signal.iter().map(|x| x + 12_345_678.0).collect();
+        let threshold = Threshold::Distance(1e6);
+        assert_eq!(count(&shifted, threshold), count(&signal, threshold));
+    }
+
+    #[test]
+    fn a_sine_is_deterministic_and_noise_is_not() {
+        let measures = |signal: &[f64], threshold| {
+            let vectors = DelayVectors::new(signal, 25, 2).unwrap();
+            let counts = quantify(&vectors, &rule(Norm::Euclidean, threshold, 1)).unwrap();
+            counts.measures(2, 2, RateBase::Counted)
+        };
+        // On the unit circle states one sample apart are 2 sin(pi / 100) = 0.063 apart.
+        let signal = sines(100.0, 1065, &[(1.0, 1.0, 0.2)]);
+        let sine = measures(&signal, Threshold::Distance(0.09));
+        assert_eq!(sine.determinism, Some(1.0));
+        assert_eq!(sine.longest_diagonal, 1039);
+        let noise = measures(&noise(2, 1025, 1.0), Threshold::Rate(0.02));
+        assert!(noise.determinism.unwrap() < 0.1, "{noise:?}");
+    }
+
+    #[test]
+    fn a_constant_signal_is_one_line() {
+        for threshold in [
+            Threshold::Distance(0.0),
+            Threshold::Spread(0.3),
+            Threshold::Rate(0.05),
+            Threshold::Neighbours(2),
+        ] {
+            let signal = [2.5; 130];
+            let vectors = DelayVectors::new(&signal, 2, 3).unwrap();
+            let counts = quantify(&vectors, &rule(Norm::Manhattan, threshold, 0)).unwrap();
+            assert_eq!(counts.recurrent, 126 * 126);
+            assert_eq!(counts.vertical.of_length(126), 126);
+            assert_eq!(counts.diagonal.longest(), 126);
+            assert_eq!(counts.gaps.lines(), 0);
+        }
+    }
+
+    #[test]
+    #[ignore = "5e9 pairs: `cargo test --release hundred_thousand -- --ignored --nocapture`"]
+    fn hundred_thousand_states_fit_in_memory() {
+        let n = 100_080;
+        let mut signal = sines(1.0, n, &[(0.0213, 1.0, 0.3), (0.00341, 0.7, 1.0)]);
+        let hiss = noise(1, n, 0.1);
+        signal.iter_mut().zip(hiss).for_each(|(x, e)| *x += e);
+        let vectors = DelayVectors::new(&signal, 20, 5).unwrap();
+        let clock = std::time::Instant::now();
+        let rule = rule(Norm::Euclidean, Threshold::Rate(0.01), 1);
+        let counts = quantify(&vectors, &rule).unwrap();
+        println!(
+            "threshold and counts: {:.1} s",
+            clock.elapsed().as_secs_f64()
+        );
+        let wanted = (0.01 * (counts.pairs() / 2) as f64).round() as u64;
+        assert_eq!(counts.recurrent, 2 * wanted);
+        assert_eq!(counts.diagonal.points(), counts.recurrent);
+        assert_eq!(counts.vertical.points(), counts.recurrent);
+    }
+
+    #[test]
+    #[ignore = "timing: run alone, with --release --nocapture"]
+    fn time_of_ten_thousand_states() {
+        let signal = sines(1.0, 10_080, &[(0.0213, 1.0, 0.3), (0.00341, 0.7, 1.0)]);
+        let rough: Vec<f64> = signal
+            .iter()
+            .zip(noise(1, 10_080, 0.1))
+            .map(|(a, b)| a + b)
+            .collect();
+        let white = noise(1, 10_080, 1.0);
+        for (name, signal) in [
+            ("torus", &signal),
+            ("noisy torus", &rough),
+            ("noise", &white),
+        ] {
+            let vectors = DelayVectors::new(signal, 20, 5).unwrap();
+            for threads in [1, 2] {
+                let pool = rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .unwrap();
+                pool.install(|| {
+                    let by_rate = rule(Norm::Euclidean, Threshold::Rate(0.05), 1);
+                    let (mut a, mut b) = (f64::MAX, f64::MAX);
+                    let mut recurrent = 0;
+                    for _ in 0..20 {
+                        let clock = std::time::Instant::now();
+                        let distance = find_threshold(&vectors, &by_rate).unwrap();
+                        a = a.min(clock.elapsed().as_secs_f64());
+                        let rule = rule(Norm::Euclidean, Threshold::Distance(distance), 1);
+                        let clock = std::time::Instant::now();
+                        recurrent = quantify(&vectors, &rule).unwrap().recurrent;
+                        b = b.min(clock.elapsed().as_secs_f64());
+                    }
+                    println!(
+                        "{name}, {threads} threads: {recurrent} points, threshold {:.1} ms, counts {:.1} ms",
+                        1e3 * a, 1e3 * b
+                    );
+                });
+            }
+        }
+    }
 }

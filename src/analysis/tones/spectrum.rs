@@ -17,8 +17,8 @@
 use std::f64::consts::LN_2;
 use std::sync::Arc;
 
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use realfft::num_complex::Complex;
+use realfft::{RealFftPlanner, RealToComplex};
 
 use super::Window;
 use crate::analysis::AnalysisError;
@@ -47,14 +47,15 @@ const QUARTILE_OVER_MEDIAN: f64 = 0.644_23;
 pub struct SpectrumAnalyser {
     window: Window,
     sample_rate: f64,
-    planner: FftPlanner<f64>,
+    planner: RealFftPlanner<f64>,
     plan: Option<Plan>,
 }
 
 /// What one length of slice needs.
 struct Plan {
-    fft: Arc<dyn Fft<f64>>,
+    fft: Arc<dyn RealToComplex<f64>>,
     weights: Vec<f64>,
+    weighted: Vec<f64>,
     values: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
 }
@@ -68,7 +69,7 @@ impl SpectrumAnalyser {
         Self {
             window,
             sample_rate,
-            planner: FftPlanner::new(),
+            planner: RealFftPlanner::new(),
             plan: None,
         }
     }
@@ -91,13 +92,14 @@ impl SpectrumAnalyser {
             None => self.plan_for(n),
         };
         let plan = self.plan.insert(plan);
-        for ((value, x), w) in plan.values.iter_mut().zip(signal).zip(&plan.weights) {
-            *value = Complex::new(x * w, 0.0);
+        for ((weighted, x), w) in plan.weighted.iter_mut().zip(signal).zip(&plan.weights) {
+            *weighted = x * w;
         }
         plan.fft
-            .process_with_scratch(&mut plan.values, &mut plan.scratch);
+            .process_with_scratch(&mut plan.weighted, &mut plan.values, &mut plan.scratch)
+            .expect("the buffers are as long as the plan says");
         let scale = 1.0 / (n as f64 * self.window.coherent_gain());
-        let amplitude = plan.values[..=n / 2].iter().enumerate().map(|(k, value)| {
+        let amplitude = plan.values.iter().enumerate().map(|(k, value)| {
             let sides = if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
             sides * scale * value.norm_sqr().sqrt()
         });
@@ -112,8 +114,9 @@ impl SpectrumAnalyser {
         let fft = self.planner.plan_fft_forward(n);
         Plan {
             weights: self.window.samples(n),
-            values: vec![Complex::default(); n],
-            scratch: vec![Complex::default(); fft.get_inplace_scratch_len()],
+            weighted: fft.make_input_vec(),
+            values: fft.make_output_vec(),
+            scratch: fft.make_scratch_vec(),
             fft,
         }
     }

@@ -1,19 +1,32 @@
 //! The stages of analysis: each keeps what it needs of the samples seen and emits records at
 //! instants of its own.
 
+mod chaos;
+mod choices;
 mod closing;
+mod delay;
 mod narration;
 mod narrator;
+mod quantification;
 mod recurrence;
+mod regime;
+mod section;
 mod spectrogram;
 mod spectrum;
 #[cfg(test)]
 pub(super) mod synthetic;
+mod thinning;
 mod words;
 
+pub use chaos::ChaosStage;
+pub use choices::Choices;
 pub use closing::ClosingStage;
+pub use delay::DelayStage;
 pub use narration::NarrationStage;
+pub use quantification::QuantificationStage;
 pub use recurrence::RecurrenceStage;
+pub use regime::RegimeStage;
+pub use section::SectionStage;
 pub use spectrogram::SpectrogramStage;
 pub use spectrum::SpectrumStage;
 
@@ -23,6 +36,45 @@ use crate::analysis::{Combination, Line, LineCriterion, Naming, Spectrum, Window
 
 /// Where a stage puts its records.
 type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
+
+/// A stage: takes the frames of a run one by one.
+pub trait Stage: Send {
+    /// Takes the next frame.
+    fn push(
+        &mut self,
+        frame: &Frame,
+        context: &mut Context,
+        emit: &mut Emit<'_>,
+    ) -> Result<(), AnalyseError>;
+}
+
+/// What the stages share.
+pub struct Context {
+    /// The time of every sample.
+    pub clock: Clock,
+    /// Delays and dimensions chosen so far.
+    pub choices: Choices,
+}
+
+impl Context {
+    /// For samples at `rate` (Hz).
+    pub fn new(rate: f64) -> Self {
+        Self {
+            clock: Clock::new(rate),
+            choices: Choices::default(),
+        }
+    }
+
+    /// See [`Clock::time`].
+    fn time(&self, k: f64) -> f64 {
+        self.clock.time(k)
+    }
+
+    /// Time of the newest of `seen` samples, s.
+    fn newest(&self, seen: u64) -> f64 {
+        self.clock.time(seen as f64 - 1.0)
+    }
+}
 
 /// Standard uncertainty of a line's frequency in bins, for naming. A steady line is known far
 /// better; this covers tones that drift or are modulated within the window: in the scene

@@ -1,7 +1,7 @@
 //! The words on what is being seen, as samples arrive.
 
 use super::narrator::{Heard, Narrator};
-use super::{Clock, Emit, samples};
+use super::{Context, Emit, Stage, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, JointInfo, Record};
@@ -26,18 +26,19 @@ impl NarrationStage {
             narrator: Narrator::new(joint.sliding_speed, rate),
         }
     }
+}
 
-    /// Takes the next frame.
-    pub fn push(
+impl Stage for NarrationStage {
+    fn push(
         &mut self,
         frame: &Frame,
-        clock: &Clock,
+        context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let Self { sliding, narrator } = self;
         sliding.push([&frame.velocity, &frame.displacement], |view| {
             let [velocity, displacement] = view.channels;
-            let time = clock.time(view.seen as f64 - 1.0);
+            let time = context.time(view.seen as f64 - 1.0);
             let said = narrator.listen(&Heard {
                 time,
                 tilt: frame.tilt,

@@ -1,10 +1,11 @@
 //! Recurrence plots and the trail of delay vectors of the probe's displacement.
 
-use super::{Clock, Emit, samples};
-use crate::analysis::{DelayVectors, RecurrencePlot, SlidingWindow};
+use super::choices::{Embedding, Unfolding};
+use super::{Context, Emit, Stage, samples};
+use crate::analysis::{DelayVectors, RecurrencePlot, SlidingWindow, Threshold};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
-use crate::scene::{RecurrenceSpec, RecurrenceThreshold};
+use crate::scene::{DelaySpec, RecurrenceSpec};
 
 /// Coordinates of the trail: what can be drawn.
 const TRAIL_DIMENSION: usize = 3;
@@ -22,38 +23,39 @@ pub struct RecurrenceStage {
     picks: Vec<usize>,
     /// Vectors in the window.
     window: usize,
-    lag: usize,
-    dimension: usize,
-    threshold: RecurrenceThreshold,
+    unfolding: Unfolding,
+    threshold: Threshold,
     rate: f64,
 }
 
 impl RecurrenceStage {
-    /// For samples at `rate` (Hz).
-    pub fn new(spec: &RecurrenceSpec, rate: f64) -> Self {
-        let window = samples(spec.window, rate, 1);
-        let lag = samples(spec.lag, rate, 1);
+    /// For samples at `rate` (Hz); `delay` is the scene's choice of delays.
+    pub fn new(spec: &RecurrenceSpec, delay: Option<&DelaySpec>, rate: f64) -> Self {
+        let window = samples(spec.sliding.window, rate, 1);
+        let unfolding = Unfolding::new(&spec.embedding, delay, rate);
+        let most = unfolding.most();
         let size = spec.size.min(window);
         let spacing = window as f64 / size as f64;
         let pick = |i: usize| (i as f64 * spacing).round() as usize - 1;
-        let reach = DelayVectors::samples_for(window, lag, spec.dimension.max(TRAIL_DIMENSION));
+        let dimension = most.dimension.max(TRAIL_DIMENSION);
+        let reach = DelayVectors::samples_for(window, most.lag, dimension);
         Self {
-            sliding: SlidingWindow::new(reach, spec.every * rate),
-            plot: RecurrencePlot::new(),
+            sliding: SlidingWindow::new(reach, spec.sliding.every * rate).starting_with(window),
+            plot: RecurrencePlot::with(spec.nearness.norm, 1),
             picks: (1..=size).map(pick).collect(),
             window,
-            lag,
-            dimension: spec.dimension,
-            threshold: spec.threshold,
+            unfolding,
+            threshold: spec.nearness.threshold,
             rate,
         }
     }
+}
 
-    /// Takes the next frame.
-    pub fn push(
+impl Stage for RecurrenceStage {
+    fn push(
         &mut self,
         frame: &Frame,
-        clock: &Clock,
+        context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let Self {
@@ -61,33 +63,36 @@ impl RecurrenceStage {
             plot,
             picks,
             window,
-            lag,
-            dimension,
+            unfolding,
             threshold,
             rate,
         } = self;
         sliding.push([&frame.displacement], |view| {
-            let newest = |dimension: usize| {
-                let reach = DelayVectors::samples_for(*window, *lag, dimension);
-                let samples = &view.channels[0][view.channels[0].len() - reach..];
-                DelayVectors::new(samples, *lag, dimension)
+            let Some(Embedding { lag, dimension }) = unfolding.at(view.seen, &context.choices)
+            else {
+                return Ok(());
             };
-            let time = clock.time(view.seen as f64 - 1.0);
-            plot.measure(&newest(*dimension)?, picks);
-            let threshold = match *threshold {
-                RecurrenceThreshold::Distance(distance) => distance,
-                RecurrenceThreshold::Rate(share) => plot.distance_for_rate(share),
+            let reach = |m: usize| DelayVectors::samples_for(*window, lag, m);
+            let [displacement] = view.channels;
+            if displacement.len() < reach(dimension.max(TRAIL_DIMENSION)) {
+                return Ok(());
+            }
+            let newest = |m: usize| {
+                DelayVectors::new(&displacement[displacement.len() - reach(m)..], lag, m)
             };
+            let time = context.newest(view.seen);
+            plot.measure(&newest(dimension)?, picks);
+            let recurrences = plot.recurrences(*threshold)?;
             emit(Record::Recurrence {
                 time,
                 window: *window as f64 / *rate,
                 size: plot.size(),
                 distance: plot.distance_picture(),
-                recurrent: plot.recurrence_picture(threshold),
-                threshold,
-                rate: plot.rate(threshold),
-                lag: *lag as f64 / *rate,
-                dimension: *dimension,
+                recurrent: recurrences.pixels,
+                threshold: recurrences.distance,
+                rate: recurrences.rate,
+                lag: lag as f64 / *rate,
+                dimension,
             })?;
             let trail = newest(TRAIL_DIMENSION)?;
             // The record has the newest coordinate first; Eq. (25) has it last.

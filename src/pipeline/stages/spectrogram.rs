@@ -1,6 +1,6 @@
 //! Spectrogram of the probe's velocity, a column at a time.
 
-use super::{Clock, Emit, samples};
+use super::{Context, Emit, Stage, samples};
 use crate::analysis::{Column, SpectrumAnalyser, Stft, Window};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
@@ -22,18 +22,19 @@ pub struct SpectrogramStage {
 impl SpectrogramStage {
     /// For samples at `rate` (Hz).
     pub fn new(spec: &SpectrogramSpec, rate: f64) -> Self {
-        let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
+        let length = samples(spec.sliding.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
-            stft: Stft::new(Window::Hann, length, spec.every * rate, rate),
+            stft: Stft::new(Window::Hann, length, spec.sliding.every * rate, rate),
             max_frequency: spec.max_frequency,
         }
     }
+}
 
-    /// Takes the next frame.
-    pub fn push(
+impl Stage for SpectrogramStage {
+    fn push(
         &mut self,
         frame: &Frame,
-        clock: &Clock,
+        context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let max_frequency = self.max_frequency;
@@ -42,7 +43,7 @@ impl SpectrogramStage {
             let bins = (max_frequency / column.bin + 1e-9) as usize + 1;
             let level = |a: &f64| (20.0 * (a / REFERENCE).log10()).max(LOWEST_DB) as f32;
             emit(Record::SpectrogramColumn {
-                time: clock.time(column.centre),
+                time: context.time(column.centre),
                 bin: column.bin,
                 level_db: column.amplitude.iter().take(bins).map(level).collect(),
             })

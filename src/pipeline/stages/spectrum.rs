@@ -1,10 +1,10 @@
 //! Sliding amplitude spectrum of the probe's velocity, its lines named.
 
-use super::{Clock, Emit, LINE_WINDOW, Reading, samples};
+use super::{Context, Emit, LINE_WINDOW, Reading, Stage, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
-use crate::scene::SpectrumSpec;
+use crate::scene::SlidingSpec;
 
 /// Emits [`Record::Spectrum`].
 ///
@@ -17,7 +17,7 @@ pub struct SpectrumStage {
 
 impl SpectrumStage {
     /// For samples at `rate` (Hz).
-    pub fn new(spec: &SpectrumSpec, rate: f64) -> Self {
+    pub fn new(spec: &SlidingSpec, rate: f64) -> Self {
         let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
             sliding: SlidingWindow::new(length, spec.every * rate)
@@ -25,19 +25,20 @@ impl SpectrumStage {
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
         }
     }
+}
 
-    /// Takes the next frame.
-    pub fn push(
+impl Stage for SpectrumStage {
+    fn push(
         &mut self,
         frame: &Frame,
-        clock: &Clock,
+        context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let Self { sliding, analyser } = self;
         sliding.push([&frame.velocity], |view| {
             let spectrum = analyser.analyse(view.channels[0])?;
             emit(Record::Spectrum {
-                time: clock.time(view.seen as f64 - 1.0),
+                time: context.time(view.seen as f64 - 1.0),
                 bin: spectrum.bin,
                 peaks: Reading::of(&spectrum).peaks(),
                 amplitude: spectrum.amplitude,

@@ -4,14 +4,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
-use crate::fem::{Families, Geometry, LengthReading, Material};
-use crate::joint::{
-    BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
-};
+use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordinate, Subject};
 use crate::scene::{
-    AnalysisSpec, Integrator, Method, RecordSpec, RecurrenceSpec, RecurrenceThreshold, Scene,
-    Schedule, SpectrogramSpec, SpectrumSpec, Start,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
+    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
 };
 
 /// Sample rate of all synthetic runs, Hz.
@@ -23,23 +20,91 @@ pub const SLIDING_SPEED: f64 = 15.9e-3;
 /// The default analyses.
 pub fn analyses() -> AnalysisSpec {
     AnalysisSpec {
-        spectrum: Some(SpectrumSpec {
-            window: 20e-3,
-            every: 5e-3,
-        }),
+        spectrum: Some(sliding(20e-3, 5e-3)),
         spectrogram: Some(SpectrogramSpec {
-            window: 5e-3,
-            every: 0.5e-3,
+            sliding: sliding(5e-3, 0.5e-3),
             max_frequency: 20e3,
         }),
         recurrence: Some(RecurrenceSpec {
-            window: 5e-3,
+            sliding: sliding(5e-3, 2.5e-3),
             size: 400,
-            every: 2.5e-3,
-            lag: 60e-6,
-            dimension: 5,
-            threshold: RecurrenceThreshold::Rate(0.05),
+            embedding: EMBEDDING,
+            nearness: nearness(Threshold::Rate(0.05)),
         }),
+        ..AnalysisSpec::default()
+    }
+}
+
+/// All analyses; delay and dimension are the signal's own where they can be.
+pub fn laboratory() -> AnalysisSpec {
+    let embedding = EmbeddingSpec {
+        lag: Setting::Auto,
+        dimension: Setting::Auto,
+    };
+    AnalysisSpec {
+        delay: Some(DelaySpec {
+            sliding: sliding(8e-3, 4e-3),
+            largest_lag: 150e-6,
+            largest_dimension: 5,
+            bins: 16,
+            false_share: 0.01,
+        }),
+        recurrence: Some(RecurrenceSpec {
+            sliding: sliding(2e-3, 2e-3),
+            size: 100,
+            embedding,
+            nearness: nearness(Threshold::Rate(0.05)),
+        }),
+        quantification: Some(QuantificationSpec {
+            // 61 states, told every 30.5.
+            sliding: sliding(1.22e-3, 0.61e-3),
+            step: 20e-6,
+            embedding,
+            nearness: nearness(Threshold::Spread(0.3)),
+            theiler: 60e-6,
+            least_diagonal: 5,
+            least_vertical: 2,
+        }),
+        section: Some(SectionSpec {
+            every: 0.7525e-3,
+            surface: SectionSurface::Delay {
+                lag: Setting::Auto,
+                level: 0.0,
+            },
+            direction: Direction::Rising,
+        }),
+        chaos: Some(ChaosSpec {
+            sliding: sliding(8e-3, 5e-3),
+            embedding,
+            theiler: 0.25e-3,
+            horizon: 1e-3,
+            method: DivergenceMethod::Rosenstein,
+        }),
+        regime: Some(RegimeSpec {
+            sliding: sliding(10e-3, 5e-3),
+            step: 5e-6,
+            silence: 1e-12,
+        }),
+        ..analyses()
+    }
+}
+
+/// Windows of so many seconds, so often.
+pub fn sliding(window: f64, every: f64) -> SlidingSpec {
+    SlidingSpec { window, every }
+}
+
+/// What unfolds tones near 4 kHz.
+pub const EMBEDDING: EmbeddingSpec = EmbeddingSpec {
+    lag: Setting::Given(60e-6),
+    dimension: Setting::Given(5),
+};
+
+/// Euclidean distances under a threshold.
+pub fn nearness(threshold: Threshold) -> NearnessSpec {
+    NearnessSpec {
+        norm: Norm::Euclidean,
+        threshold,
     }
 }
 
@@ -145,76 +210,5 @@ pub fn header() -> Header {
             patch_radius: 1.697e-3,
             sliding_speed: SLIDING_SPEED,
         }),
-    }
-}
-
-pub fn scene(analysis: AnalysisSpec) -> Scene {
-    Scene {
-        name: "synthetic".into(),
-        title: String::new(),
-        about: String::new(),
-        text: String::new(),
-        joint: joint(),
-        tilt: Schedule::constant(0.0),
-        start: Start { kick: 0.0, seed: 0 },
-        duration: 0.1,
-        sample_rate: RATE,
-        frame_samples: 256,
-        integrator: Integrator {
-            method: Method::Lawson54,
-            tolerance: 1e-6,
-            max_step: 1e-5,
-        },
-        analysis,
-        record: RecordSpec {
-            patch_rate: 0.0,
-            body_rate: 0.0,
-            energy_rate: 0.0,
-            exaggeration: 1.0,
-        },
-    }
-}
-
-/// The paper's joint; the analyses do not look at it.
-fn joint() -> JointSpec {
-    JointSpec {
-        body: BodySpec {
-            geometry: Geometry {
-                ball_diameter: 31.75e-3,
-                beam_diameter: 20e-3,
-                beam_length: 0.2,
-                reading: LengthReading::ToSphere,
-            },
-            material: Material {
-                young: 207e9,
-                poisson: 0.3,
-                density: 7800.0,
-            },
-            element_size: 2e-3,
-            families: Families {
-                bending_pairs: 4,
-                torsion: 2,
-                axial: 1,
-            },
-            frequencies: Frequencies::Published,
-        },
-        socket: Socket {
-            diameter: 31.95e-3,
-            young: 70e9,
-            poisson: 0.33,
-        },
-        load: 150.0,
-        azimuth: 0.0,
-        rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
-        contact: Contact {
-            nodes: 100,
-            quadrature: Quadrature::Rings,
-            stiffness_factor: 1.0,
-            stiffness: StiffnessLaw::Uniform,
-            radius_factor: 1.0,
-            unilateral: true,
-        },
-        friction: Friction::None,
-        damping: Vec::new(),
     }
 }

@@ -533,7 +533,7 @@ impl Signal {
             size,
             distance: pixels(&|d| (255.0 * d / largest) as u8),
             recurrent: pixels(&|d| if d < threshold { 255 } else { 0 }),
-            threshold: 1e-6 * threshold,
+            threshold: Some(1e-6 * threshold),
             rate: 0.05,
             lag: 60e-6,
             dimension: 3,

@@ -1,7 +1,8 @@
 //! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
 
+mod analysis;
 mod joint;
-mod output;
+mod record;
 mod tilt;
 
 use super::error::{Fault, Place, SceneError};
@@ -42,12 +43,14 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
+    let joint = joint::joint(document)?;
+    let modes = joint.body.families.count();
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
         name,
         text: text.to_owned(),
-        joint: joint::joint(document)?,
+        joint,
         tilt: tilt::tilt(document)?,
         start: Start {
             kick: document.get(&keys::KICK)?,
@@ -57,8 +60,8 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         sample_rate,
         frame_samples: document.get(&keys::FRAME_SAMPLES)?,
         integrator: integrator(document)?,
-        analysis: output::analysis(document, sample_rate)?,
-        record: output::record(document, sample_rate)?,
+        analysis: analysis::analysis(document, sample_rate, modes)?,
+        record: record::record(document, sample_rate)?,
     };
     let motion = [
         keys::ROTATION.path,

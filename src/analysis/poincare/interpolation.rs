@@ -1,0 +1,117 @@
+//! The polynomial through the samples about an instant, and where it is zero.
+
+/// Samples on each side of an instant that its polynomial runs through.
+///
+/// The fewest that give an instant to 1e-9 of a sample from 16 samples a period on. Measured on
+/// sines that pass at 0.9 of their amplitude: the largest error of the instant, in samples, for
+/// that many samples a period; and, for passages at 0, the deviation of the instant under white
+/// noise over that of a straight line between the two samples (at most `sqrt 2` for any reach:
+/// half way the shares of the line have the sum of squares 1/2, all others come near 1).
+///
+/// | reach | 16 | 24 | 50 | noise |
+/// |---|---|---|---|---|
+/// | 5 | 1e-7 | 3e-9 | 4e-12 | 1.14 |
+/// | 6 | 3e-9 | 4e-11 | 5e-13 | 1.14 |
+/// | 7 | 1.2e-10 | 1.4e-12 | 5e-13 | 1.15 |
+/// | 8 | 5e-12 | 9e-13 | 5e-13 | 1.16 |
+pub(super) const REACH: usize = 7;
+
+const NODES: usize = 2 * REACH;
+
+/// How closely a root of the polynomial is found, in samples.
+const ROOT_WIDTH: f64 = 1e-12;
+
+/// Lagrange interpolation through `2 half` equally spaced samples, `half` up to [`REACH`], in the
+/// gap between the two in the middle, in barycentric form (Berrut and Trefethen, SIAM Rev. 46,
+/// 501, 2004): stable, and the weights serve all channels.
+pub(super) struct Stencil {
+    nodes: usize,
+    /// Barycentric weights `(-1)^j C(nodes - 1, j)`.
+    barycentric: [f64; NODES],
+    /// Share of each sample in the value at the instant set last.
+    share: [f64; NODES],
+}
+
+impl Stencil {
+    pub(super) fn new(half: usize) -> Self {
+        let nodes = 2 * half;
+        let mut barycentric = [0.0; NODES];
+        let mut weight = 1.0;
+        for (j, slot) in barycentric[..nodes].iter_mut().enumerate() {
+            *slot = weight;
+            weight *= -((nodes - 1 - j) as f64) / (j + 1) as f64;
+        }
+        Self {
+            nodes,
+            barycentric,
+            share: [0.0; NODES],
+        }
+    }
+
+    /// Sets the instant: `place` from 0 to 1, between the two samples in the middle.
+    fn set(&mut self, place: f64) {
+        let left = self.nodes / 2 - 1;
+        let share = &mut self.share[..self.nodes];
+        if place == 0.0 || place == 1.0 {
+            share.fill(0.0);
+            share[left + place as usize] = 1.0;
+            return;
+        }
+        let mut sum = 0.0;
+        for (j, (share, weight)) in share.iter_mut().zip(&self.barycentric).enumerate() {
+            *share = weight / (place + left as f64 - j as f64);
+            sum += *share;
+        }
+        for share in share {
+            *share /= sum;
+        }
+    }
+
+    /// The value at the instant set last of the channel with these samples.
+    pub(super) fn value(&self, samples: &[f64]) -> f64 {
+        let shares = self.share[..self.nodes].iter();
+        shares.zip(samples).map(|(share, x)| share * x).sum()
+    }
+
+    /// Sets the instant at which the channel with these samples is zero, and returns it. The two
+    /// samples in the middle are of opposite sign.
+    ///
+    /// The method is ITP (Oliveira and Takahashi, ACM Trans. Math. Softw. 47, 5, 2021): about as
+    /// fast as the secant where the polynomial is nearly straight, never slower than bisection.
+    pub(super) fn root(&mut self, samples: &[f64]) -> f64 {
+        let left = self.nodes / 2 - 1;
+        let (mut a, mut b) = (0.0, 1.0);
+        let (mut at_a, mut at_b) = (samples[left], samples[left + 1]);
+        let secant = |a: f64, b: f64, at_a: f64, at_b: f64| (at_b * a - at_a * b) / (at_b - at_a);
+        // The half width that bisection would have reached, one step behind.
+        let mut allowed = 2.0_f64.powi((1.0 / ROOT_WIDTH).log2().ceil() as i32) * ROOT_WIDTH;
+        while b - a > ROOT_WIDTH && at_a != 0.0 && at_b != 0.0 {
+            let middle = 0.5 * (a + b);
+            let guess = secant(a, b, at_a, at_b);
+            let side = (middle - guess).signum();
+            let push = 0.2 * (b - a) * (b - a);
+            let pushed = if push <= (middle - guess).abs() {
+                guess + side * push
+            } else {
+                middle
+            };
+            let radius = (allowed - 0.5 * (b - a)).max(0.0);
+            let x = if (pushed - middle).abs() <= radius {
+                pushed
+            } else {
+                middle - side * radius
+            };
+            self.set(x);
+            let y = self.value(samples);
+            if y == 0.0 || (y > 0.0) == (at_b > 0.0) {
+                (b, at_b) = (x, y);
+            } else {
+                (a, at_a) = (x, y);
+            }
+            allowed *= 0.5;
+        }
+        let root = secant(a, b, at_a, at_b).clamp(a, b);
+        self.set(root);
+        root
+    }
+}

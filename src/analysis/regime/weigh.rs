@@ -1,0 +1,330 @@
+//! What each sign speaks for, how strongly, and in which words.
+
+use super::signs::{Signs, Tones, Trend};
+use super::{Evidence, Regime};
+use crate::analysis::SectionShape;
+
+use Regime::{Chaotic, Noise, Periodic, QuasiPeriodic, Transient};
+
+/// A weight: `full` at one limit and beyond, 0 at the other, straight between.
+struct Ramp {
+    none: f64,
+    all: f64,
+    full: f64,
+}
+
+impl Ramp {
+    fn at(&self, value: f64) -> f64 {
+        let part = (value - self.none) / (self.all - self.none);
+        self.full * part.clamp(0.0, 1.0)
+    }
+}
+
+const fn ramp(none: f64, all: f64, full: f64) -> Ramp {
+    Ramp { none, all, full }
+}
+
+/// Turns in the record; below the first limit nothing is believed.
+const TURNS: Ramp = ramp(6.0, 20.0, 1.0);
+
+/// Change of the envelope, natural logarithm, over the record.
+const ENVELOPE: Ramp = ramp(0.08, 0.3, 0.95);
+const ENVELOPE_CLARITY: Ramp = ramp(3.0, 6.0, 1.0);
+
+/// Change of the period, natural logarithm, over the record.
+const TEMPO: Ramp = ramp(0.01, 0.04, 0.95);
+const TEMPO_CLARITY: Ramp = ramp(5.0, 12.0, 1.0);
+
+/// A section of so many points, a loop, an arc.
+const POINTS: f64 = 0.7;
+const LOOP: f64 = 0.8;
+const ARC: f64 = 0.2;
+
+/// Lines that read clearly, and lines that leave something open.
+const CLEAR_LINES: f64 = 0.6;
+const LESS_CLEAR_LINES: f64 = 0.4;
+
+/// A line that is no harmonic is a tone if it has this share of the strongest.
+const STRAY: f64 = 0.01;
+
+/// Lines are read as tones where the floor is no broader than noise explains (the ratio of
+/// [`Signs::lawful_floor`]) and the signal is foretold.
+const LINES_FLOOR: Ramp = ramp(10.0, 2.0, 1.0);
+const LINES_FORETOLD: Ramp = ramp(0.4, 0.2, 1.0);
+
+/// Common logarithm of the share of the power in the floor.
+const NO_FLOOR: Ramp = ramp(-3.0, -6.0, 0.7);
+
+/// Natural logarithm of the floor over what noise explains, of a signal that is foretold.
+const LAWFUL_FLOOR: Ramp = ramp(2.08, 3.91, 0.8);
+const FORETOLD: Ramp = ramp(0.5, 0.3, 1.0);
+
+/// Growth of the error of prediction from a lag to ten turns: it does not, it does.
+const STEADY: Ramp = ramp(3.0, 1.5, 0.7);
+const STEADY_ERROR: Ramp = ramp(0.8, 0.4, 1.0);
+const PARTING: Ramp = ramp(4.0, 10.0, 0.7);
+
+/// Error of prediction by the neighbour over that by a linear map: a bent law shows below, and
+/// noise, whatever its colour, above.
+const BENT: Ramp = ramp(0.7, 0.3, 1.0);
+const NOT_BENT: Ramp = ramp(0.8, 0.95, 1.0);
+
+/// Error of prediction a lag and ten turns ahead of what is noise.
+const NOISE_NEAR: Ramp = ramp(0.15, 0.4, 0.9);
+const NOISE_FAR: Ramp = ramp(0.6, 0.9, 1.0);
+
+/// 0-1 test. Weak chaos gives little, which is why a small value says little.
+const REGULAR_K: Ramp = ramp(0.4, 0.1, 0.3);
+const IRREGULAR_K: Ramp = ramp(0.6, 0.9, 0.5);
+
+/// Exponent over its error.
+const EXPONENT: Ramp = ramp(3.0, 8.0, 0.6);
+
+/// Weights below this are not worth a sentence.
+const LEAST: f64 = 0.005;
+
+/// All evidence, strongest first.
+///
+/// Signs other than the two of change suppose a motion that lasts; they count for less, the more
+/// the record changes, and all count for less in a record of few turns.
+pub(super) fn evidence(signs: &Signs) -> Vec<Evidence> {
+    let reliable = TURNS.at(signs.turns);
+    let mut all = change(signs);
+    let lasting: f64 = all.iter().map(|e| 1.0 - e.weight).product();
+    let mut rest = lines(signs);
+    rest.extend(section(signs));
+    rest.extend(prediction(signs));
+    rest.extend(chaos_tests(signs));
+    for evidence in &mut rest {
+        evidence.weight *= lasting;
+    }
+    all.extend(rest);
+    for evidence in &mut all {
+        evidence.weight *= reliable;
+    }
+    if reliable < 1.0 {
+        all.push(Evidence {
+            what: "length of the record",
+            value: signs.turns,
+            says: &[Regime::Unsure],
+            weight: 1.0 - reliable,
+            words: format!(
+                "The record holds {:.0} turns; {:.0} are wanted.",
+                signs.turns, TURNS.all
+            ),
+        });
+    }
+    all.retain(|e| e.weight >= LEAST);
+    all.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    all
+}
+
+/// Does it still change?
+fn change(signs: &Signs) -> Vec<Evidence> {
+    let envelope = |trend: Trend| Evidence {
+        what: "envelope",
+        value: trend.change,
+        says: &[Transient],
+        weight: ENVELOPE.at(trend.change.abs()) * ENVELOPE_CLARITY.at(trend.clarity),
+        words: format!(
+            "The level {} by a factor of {:.2} over the record.",
+            if trend.change < 0.0 { "falls" } else { "rises" },
+            trend.change.abs().exp()
+        ),
+    };
+    let tempo = |trend: Trend| Evidence {
+        what: "tempo",
+        value: trend.change,
+        says: &[Transient],
+        weight: TEMPO.at(trend.change.abs()) * TEMPO_CLARITY.at(trend.clarity),
+        words: format!(
+            "The time of a turn {} by {:.1} % over the record.",
+            if trend.change < 0.0 { "falls" } else { "rises" },
+            100.0 * trend.change.exp_m1().abs()
+        ),
+    };
+    let mut all = vec![envelope(signs.envelope)];
+    all.extend(signs.tempo.map(tempo));
+    all
+}
+
+/// Which tones are in it, and what lies between them?
+fn lines(signs: &Signs) -> Vec<Evidence> {
+    let trusted = LINES_FLOOR.at(signs.lawful_floor()) * LINES_FORETOLD.at(signs.near);
+    let reading = |value, says, weight, words| Evidence {
+        what: "spectral lines",
+        value,
+        says,
+        weight: weight * trusted,
+        words,
+    };
+    let tones = match signs.tones {
+        Tones::None => None,
+        Tones::One { f1, stray } if stray < STRAY => Some(reading(
+            f1,
+            &[Periodic],
+            if stray == 0.0 {
+                CLEAR_LINES
+            } else {
+                LESS_CLEAR_LINES
+            },
+            format!("The lines are harmonics of {f1:.4} Hz."),
+        )),
+        Tones::One { f1, stray } => Some(reading(
+            f1,
+            &[QuasiPeriodic],
+            LESS_CLEAR_LINES,
+            format!(
+                "A line of {:.1} % of the strongest is no harmonic of {f1:.4} Hz.",
+                100.0 * stray
+            ),
+        )),
+        Tones::Two { f1, f2 } => Some(reading(
+            f2 / f1,
+            &[QuasiPeriodic],
+            CLEAR_LINES,
+            format!("The lines are combinations of {f1:.4} and {f2:.4} Hz, not in step."),
+        )),
+        Tones::InStep { f1, p, q } => Some(reading(
+            f64::from(p) / f64::from(q),
+            &[Periodic],
+            LESS_CLEAR_LINES,
+            format!("The lines are combinations of {f1:.4} Hz and {p}/{q} of it."),
+        )),
+        Tones::Many(count) => Some(reading(
+            count as f64,
+            &[QuasiPeriodic],
+            LESS_CLEAR_LINES,
+            format!("{count} lines are combinations of neither one tone nor two."),
+        )),
+    };
+    let percent = 100.0 * signs.floor;
+    let no_floor = Evidence {
+        what: "floor",
+        value: signs.floor,
+        says: &[Periodic, QuasiPeriodic],
+        weight: NO_FLOOR.at(signs.floor.max(1e-30).log10()),
+        words: format!("Only {percent:.1e} % of the power lies between the lines."),
+    };
+    let ratio = signs.lawful_floor();
+    let lawful = Evidence {
+        what: "lawful floor",
+        value: ratio,
+        says: &[Chaotic],
+        weight: LAWFUL_FLOOR.at(ratio.max(1.0).ln()) * FORETOLD.at(signs.near),
+        words: format!(
+            "{percent:.2} % of the power lies between the lines, {ratio:.0} times what noise \
+             would leave unforetold."
+        ),
+    };
+    tones.into_iter().chain([no_floor, lawful]).collect()
+}
+
+/// Where does it come back to?
+fn section(signs: &Signs) -> Option<Evidence> {
+    let passages = signs.passages;
+    let shape = |value, says, weight, words| {
+        Some(Evidence {
+            what: "Poincare section",
+            value,
+            says,
+            weight,
+            words,
+        })
+    };
+    match signs.section {
+        SectionShape::Points(count) => shape(
+            count as f64,
+            &[Periodic],
+            POINTS,
+            match count {
+                1 => format!("The section is one point in {passages} passages."),
+                _ => format!("The section is {count} points in {passages} passages."),
+            },
+        ),
+        SectionShape::Loop => shape(
+            passages as f64,
+            &[QuasiPeriodic],
+            LOOP,
+            format!("The section's {passages} passages lie on a closed curve."),
+        ),
+        SectionShape::Arc => shape(
+            passages as f64,
+            &[Chaotic, QuasiPeriodic, Transient],
+            ARC,
+            format!("The section's {passages} passages lie on an open curve."),
+        ),
+        SectionShape::Cloud | SectionShape::TooFew => None,
+    }
+}
+
+/// How well is it foretold?
+fn prediction(signs: &Signs) -> [Evidence; 3] {
+    let Signs {
+        near, far, linear, ..
+    } = *signs;
+    let (growth, ratio) = (signs.growth(), signs.against_linear());
+    [
+        Evidence {
+            what: "lasting prediction",
+            value: far,
+            says: &[Periodic, QuasiPeriodic],
+            weight: STEADY.at(growth) * STEADY_ERROR.at(far),
+            words: format!(
+                "States once near each other differ after ten turns by {:.1} % of the \
+                 deviation, {growth:.1} times as much as at first.",
+                100.0 * far
+            ),
+        },
+        Evidence {
+            what: "lost prediction",
+            value: growth,
+            says: &[Chaotic],
+            weight: PARTING.at(growth) * BENT.at(ratio),
+            words: format!(
+                "Neighbours foretell the next quarter turn to {:.1} % of the deviation, ten turns \
+                 to {:.0} %.",
+                100.0 * near,
+                100.0 * far
+            ),
+        },
+        Evidence {
+            what: "no prediction",
+            value: ratio,
+            says: &[Noise],
+            weight: NOISE_NEAR.at(near) * NOISE_FAR.at(far) * NOT_BENT.at(ratio),
+            words: format!(
+                "Neighbours foretell the next quarter turn to {:.0} % of the deviation, no better \
+                 than a linear map does, to {:.0} %.",
+                100.0 * near,
+                100.0 * linear
+            ),
+        },
+    ]
+}
+
+/// Does it drive a point adrift, do neighbours part at a rate?
+fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
+    let drift = signs.drift.map(|k| {
+        let (regular, irregular) = (REGULAR_K.at(k), IRREGULAR_K.at(k));
+        Evidence {
+            what: "0-1 test",
+            value: k,
+            says: if irregular > regular {
+                &[Chaotic, Noise]
+            } else {
+                &[Periodic, QuasiPeriodic]
+            },
+            weight: irregular.max(regular),
+            words: format!("The 0-1 test gives {k:.2}: 0 is regular, 1 is chaos or noise."),
+        }
+    });
+    let exponent = signs.exponent.map(|[rate, error]| Evidence {
+        what: "exponent",
+        value: rate,
+        says: &[Chaotic],
+        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs())) * BENT.at(signs.against_linear()),
+        words: format!("Neighbours part by exp({rate:.2} +- {error:.2}) a turn."),
+    });
+    drift.into_iter().chain(exponent).collect()
+}

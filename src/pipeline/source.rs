@@ -1,0 +1,51 @@
+//! Where frames come from.
+
+use super::PipelineError;
+use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
+use crate::scene::{AnalysisSpec, SectionSurface, StateCoordinate};
+
+/// Gives the frames of a run, one after another: a [`Simulation`](super::Simulation), or the
+/// [`Playback`](super::Playback) of a signal that somebody else made.
+pub trait Source: Send {
+    /// What is known before the first frame; `command` says how the program was started.
+    fn header(&self, command: &str) -> Header;
+
+    /// The analyses of the run.
+    fn analysis(&self) -> &AnalysisSpec;
+
+    /// The next frame, which starts where the last one ended; `None` after the last one.
+    ///
+    /// # Errors
+    /// When there is a next frame, but it cannot be made.
+    fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError>;
+
+    /// Whether the last frame has been given.
+    fn is_over(&self) -> bool;
+}
+
+/// The analyses by the records that they make, for a header.
+pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
+    let kinds = [
+        (AnalysisKind::Spectrum, spec.spectrum.is_some()),
+        (AnalysisKind::Spectrogram, spec.spectrogram.is_some()),
+        (AnalysisKind::Recurrence, spec.recurrence.is_some()),
+        (AnalysisKind::Delay, spec.delay.is_some()),
+        (AnalysisKind::Quantification, spec.quantification.is_some()),
+        (AnalysisKind::Section, spec.section.is_some()),
+        (AnalysisKind::Chaos, spec.chaos.is_some()),
+        (AnalysisKind::Regime, spec.regime.is_some()),
+    ];
+    let on = kinds.into_iter().filter(|(_, on)| *on);
+    on.map(|(kind, _)| kind).collect()
+}
+
+/// What the coordinates of a passage are, for a header.
+pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2] {
+    match spec.section.as_ref().map(|section| &section.surface) {
+        Some(SectionSurface::State { shown, .. }) => shown.map(|coordinate| match coordinate {
+            StateCoordinate::Q(mode) => SectionCoordinate::Q(mode),
+            StateCoordinate::Qdot(mode) => SectionCoordinate::Qdot(mode),
+        }),
+        Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
+    }
+}
