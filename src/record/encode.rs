@@ -46,45 +46,43 @@ pub struct Encoder {
 #[derive(Debug)]
 enum Frames {
     /// Those of a joint.
-    Joint {
-        samples: Samples,
-        patch: Box<Patch>,
-        body: Box<Body>,
-        portrait: Portrait,
-    },
+    Joint(Box<JointFrames>),
     /// Those of a signal from a file.
     Signal(Waveform),
 }
 
+/// What frames of a joint draw.
+#[derive(Debug)]
+struct JointFrames {
+    samples: Samples,
+    patch: Patch,
+    body: Body,
+    portrait: Portrait,
+}
+
 impl Frames {
     fn new(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<Self, RecordError> {
-        match &header.subject {
-            Subject::Joint(joint) => {
-                samples::name_health(rec)?;
-                portrait::style_point(rec)?;
-                Ok(Self::Joint {
-                    samples: Samples::new(rec, joint)?,
-                    patch: Box::new(Patch::new(rec, joint)?),
-                    body: Box::new(Body::new(rec, joint, spec.body_rate, spec.exaggeration)?),
-                    portrait: Portrait::new(),
-                })
-            }
-            Subject::Signal(signal) => Ok(Self::Signal(Waveform::new(rec, signal)?)),
-        }
+        let joint = match &header.subject {
+            Subject::Joint(joint) => joint,
+            Subject::Signal(signal) => return Ok(Self::Signal(Waveform::new(rec, signal)?)),
+        };
+        samples::name_health(rec)?;
+        portrait::style_point(rec)?;
+        Ok(Self::Joint(Box::new(JointFrames {
+            samples: Samples::new(rec, joint)?,
+            patch: Patch::new(rec, joint)?,
+            body: Body::new(rec, joint, spec.body_rate, spec.exaggeration)?,
+            portrait: Portrait::new(),
+        })))
     }
 
     fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         match self {
-            Self::Joint {
-                samples,
-                patch,
-                body,
-                portrait,
-            } => {
-                samples.push(rec, frame)?;
-                patch.push(rec, frame)?;
-                body.push(rec, frame)?;
-                portrait.push(rec, frame)
+            Self::Joint(joint) => {
+                joint.samples.push(rec, frame)?;
+                joint.patch.push(rec, frame)?;
+                joint.body.push(rec, frame)?;
+                joint.portrait.push(rec, frame)
             }
             Self::Signal(waveform) => waveform.push(rec, frame),
         }
@@ -92,15 +90,10 @@ impl Frames {
 
     fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         match self {
-            Self::Joint {
-                samples,
-                patch,
-                body,
-                ..
-            } => {
-                samples.finish(rec)?;
-                patch.finish(rec)?;
-                body.finish(rec)
+            Self::Joint(joint) => {
+                joint.samples.finish(rec)?;
+                joint.patch.finish(rec)?;
+                joint.body.finish(rec)
             }
             Self::Signal(waveform) => waveform.finish(rec),
         }
@@ -201,7 +194,7 @@ impl Encoder {
             } => self.draw_regime(rec, *time, *window, verdict),
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
-                Frames::Joint { .. } => samples::log_health(rec, health),
+                Frames::Joint(_) => samples::log_health(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),

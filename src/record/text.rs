@@ -153,13 +153,12 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
 fn signal_about(header: &Header, signal: &SignalInfo) -> String {
     let quantity = Quantity::displacement(&header.subject);
     let [low, high] = signal.span.map(|value| quantity.words(value));
-    let time = |value| Quantity::Time.words(value);
     let rows = [
         ("source", signal.source.clone()),
         ("column", signal.column.clone()),
         ("samples a second", style::short(header.sample_rate)),
-        ("first sample at", time(header.start())),
-        ("length", time(header.duration)),
+        ("first sample at", style::moment(header, header.start())),
+        ("length", Quantity::Time.words(header.duration)),
         ("smallest sample", low),
         ("largest sample", high),
     ];

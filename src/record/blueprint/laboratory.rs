@@ -56,11 +56,11 @@ impl Layout {
         );
         self.range(&shares, 0.0, 1.05);
         let diagonals = self.many_series(
-            "Diagonals, how long it stays together: L mean, Lmax longest",
+            "Staying together: diagonals, L mean, Lmax longest",
             &[paths::MEAN_DIAGONAL, paths::LONGEST_DIAGONAL],
         );
         let times = self.many_series(
-            "How soon it comes back: period, T1, T2; how long it stays: TT",
+            "Coming back: period, T1, T2; staying: TT",
             &[
                 paths::PERIOD,
                 paths::RECURRENCE_TIME_1,
