@@ -90,7 +90,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
                 "| {} | {} | {} | {:.2} |\n",
                 evidence.what,
                 style::short(evidence.value),
-                evidence.says,
+                evidence.kinds(),
                 evidence.weight,
             )
         })
