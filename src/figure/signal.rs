@@ -3,7 +3,7 @@
 use super::panel::{Axis, Bar, Mark, Panel, extent};
 use super::style::{self, BLUE, FAINT, GREEN, INK, PURPLE, Rgb, VERMILION};
 use super::{Figure, FigureError};
-use crate::analysis::{Divergence, Measures, Regime, return_map};
+use crate::analysis::{Divergence, Measures, return_map};
 use crate::study::signal::{MeasuresAt, SignalReport};
 
 /// Most points of a curve: more cannot be told apart.
@@ -580,20 +580,17 @@ impl<'a> View<'a> {
 
     fn regime(&self) -> Result<Figure, FigureError> {
         let verdict = &self.report.verdict;
-        let paint = |regime: Regime| {
-            if regime == verdict.regime {
-                BLUE
-            } else {
-                FAINT
-            }
-        };
         let bars: Vec<Bar> = verdict
             .evidence
             .iter()
             .map(|piece| Bar {
                 value: piece.weight,
-                words: format!("{} → {}: {}", piece.what, piece.says, piece.words),
-                color: paint(piece.says),
+                words: format!("{} → {}: {}", piece.what, piece.kinds(), piece.words),
+                color: if piece.says.contains(&verdict.regime) {
+                    BLUE
+                } else {
+                    FAINT
+                },
             })
             .collect();
         let rows = bars.len().max(1);

@@ -83,17 +83,22 @@ fn report(name: &str) -> SignalReport {
         (
             "spectrum",
             0.9,
-            Regime::QuasiPeriodic,
+            &[Regime::QuasiPeriodic][..],
             "two tones, f1 = 4.11 kHz and f2 = 3.87 kHz, explain every line",
         ),
         (
             "Poincaré section",
             0.8,
-            Regime::QuasiPeriodic,
+            &[Regime::QuasiPeriodic][..],
             "400 passages lie on a closed curve",
         ),
-        ("0–1 test", 0.6, Regime::Periodic, "K = 0.03"),
-        ("largest exponent", 0.2, Regime::Chaotic, "12 ± 9 1/s"),
+        ("0–1 test", 0.6, &[Regime::Periodic][..], "K = 0.03"),
+        (
+            "largest exponent",
+            0.2,
+            &[Regime::Chaotic][..],
+            "12 ± 9 1/s",
+        ),
     ];
     SignalReport {
         signal: Signal {

@@ -5,8 +5,7 @@
 //! torn pieces (Marwan et al., Phys. Rep. 438, 237, 2007).
 
 use super::Threshold;
-use super::threshold::deviation;
-use crate::analysis::{AnalysisError, DelayVectors, Norm};
+use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// Distances of every pair of states in a window of delay vectors, and the pictures they give:
 ///

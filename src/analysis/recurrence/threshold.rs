@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::sweep::{Diagonal, Limits, Pairs, Visitor};
-use crate::analysis::{AnalysisError, DelayVectors, Norm};
+use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// How near is the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,13 +99,6 @@ impl Nearness {
             Threshold::Neighbours(wanted) => Self::Columns(extents_of_columns(pairs, wanted)),
         })
     }
-}
-
-/// Population standard deviation.
-pub(super) fn deviation(samples: &[f64]) -> f64 {
-    let mean_of = |sum: f64| sum / samples.len() as f64;
-    let mean = mean_of(samples.iter().sum());
-    mean_of(samples.iter().map(|x| (x - mean) * (x - mean)).sum()).sqrt()
 }
 
 /// The extent within which so many other states outside the Theiler window lie, for each state;

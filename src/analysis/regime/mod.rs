@@ -58,6 +58,14 @@ pub struct Evidence {
     pub words: String,
 }
 
+impl Evidence {
+    /// The kinds it speaks for, in words: `periodic or quasi-periodic`.
+    pub fn kinds(&self) -> String {
+        let kinds: Vec<String> = self.says.iter().map(Regime::to_string).collect();
+        kinds.join(" or ")
+    }
+}
+
 /// The verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
