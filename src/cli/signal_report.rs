@@ -91,8 +91,8 @@ pub struct EvidenceReport {
     pub what: &'static str,
     /// The number.
     pub value: f64,
-    /// Which kind it speaks for.
-    pub says: String,
+    /// The kinds it speaks for: one of them.
+    pub says: Vec<String>,
     /// How strongly, 0 to 1.
     pub weight: f64,
     /// A sentence.
@@ -361,7 +361,7 @@ fn verdict(report: &SignalReport) -> VerdictReport {
     let evidence = report.verdict.evidence.iter().map(|e| EvidenceReport {
         what: e.what,
         value: e.value,
-        says: e.says.to_string(),
+        says: e.says.iter().map(ToString::to_string).collect(),
         weight: e.weight,
         words: e.words.clone(),
     });
@@ -521,7 +521,7 @@ impl AnalyseReport {
         );
         for evidence in &verdict.evidence {
             let bar = "#".repeat((5.0 * evidence.weight).round() as usize);
-            let _ = writeln!(text, "  {bar:<5} {:<14}  {}", evidence.says, evidence.words);
+            let _ = writeln!(text, "  {bar:<5} {}", evidence.words);
         }
     }
 
