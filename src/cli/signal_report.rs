@@ -92,7 +92,7 @@ pub struct EvidenceReport {
     /// The number.
     pub value: f64,
     /// The kinds it speaks for: one of them.
-    pub says: Vec<String>,
+    pub says: String,
     /// How strongly, 0 to 1.
     pub weight: f64,
     /// A sentence.
@@ -361,7 +361,7 @@ fn verdict(report: &SignalReport) -> VerdictReport {
     let evidence = report.verdict.evidence.iter().map(|e| EvidenceReport {
         what: e.what,
         value: e.value,
-        says: e.says.iter().map(ToString::to_string).collect(),
+        says: e.kinds(),
         weight: e.weight,
         words: e.words.clone(),
     });

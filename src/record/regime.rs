@@ -4,7 +4,7 @@ use rerun::{RecordingStream, Scalars, StateChange, StateConfiguration, TextDocum
 
 use super::{error::RecordError, paths, samples::name_series, stream, style};
 use crate::{
-    analysis::{Evidence, Regime, Verdict},
+    analysis::{Regime, Verdict},
     pipeline::message::Header,
 };
 
@@ -90,7 +90,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
                 "| {} | {} | {} | {:.2} |\n",
                 evidence.what,
                 style::short(evidence.value),
-                says(evidence),
+                evidence.kinds(),
                 evidence.weight,
             )
         })
@@ -109,16 +109,10 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
     )
 }
 
-/// The kinds that a piece of evidence speaks for.
-fn says(evidence: &Evidence) -> String {
-    let kinds = evidence.says.iter().map(Regime::to_string);
-    kinds.collect::<Vec<_>>().join(" or ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::demo;
+    use crate::{analysis::Evidence, record::demo};
 
     #[test]
     fn a_verdict_reads_well() {
@@ -128,7 +122,7 @@ mod tests {
             evidence: vec![Evidence {
                 what: "0-1 test",
                 value: 0.0213,
-                says: &[Regime::QuasiPeriodic],
+                says: Regime::QuasiPeriodic,
                 weight: 0.5,
                 words: "K = 0.02: regular.".to_owned(),
             }],
