@@ -83,8 +83,8 @@ fn execute(args: &AnalyseArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), C
         },
     )?;
     let search = SignalSearch {
-        lag: args.lag,
-        dimension: args.dimension,
+        lag: args.lag.map(|lag| lag as usize),
+        dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
     };
     let progress = Progress::of_steps();
@@ -166,4 +166,120 @@ fn play(
         doing: "recording",
         source,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn tone(_: &Path, _: &Selection) -> Result<Signal, CliError> {
+        let sample = |k: u32| (TAU * 0.0213 * f64::from(k)).sin();
+        Ok(Signal {
+            name: "tone".to_owned(),
+            unit: "m".to_owned(),
+            rate: 1000.0,
+            start: 2.0,
+            samples: (0..2000).map(sample).collect(),
+        })
+    }
+
+    const TOOLS: Tools = Tools {
+        read: tone,
+        draw: |_| {
+            Ok(vec![FigureFile {
+                name: "tone.png".to_owned(),
+                png: vec![1, 2, 3],
+            }])
+        },
+        play: |job| {
+            std::fs::write(job.save, job.command)?;
+            (job.progress)(0.5);
+            Ok(Summary {
+                interrupted: job.report.signal.start != 2.0,
+                ..Summary::default()
+            })
+        },
+    };
+
+    struct Desk(tempfile::TempDir);
+
+    impl Desk {
+        fn args(&self) -> AnalyseArgs {
+            let path = |name: &str| self.0.path().join(name);
+            AnalyseArgs {
+                file: path("tone.wav"),
+                save: Some(path("out.rrd")),
+                png: Some(path("new/figures")),
+                json: Some(path("out.json")),
+                ..AnalyseArgs::default()
+            }
+        }
+    }
+
+    fn desk() -> Desk {
+        Desk(tempfile::tempdir().expect("temporary folder"))
+    }
+
+    #[test]
+    fn all_outputs_are_written_and_told() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        execute(&desk.args(), &stop, &TOOLS).expect("done");
+        let text = std::fs::read(desk.0.path().join("out.json")).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["signal"]["start_s"], 2.0);
+        assert_eq!(json["signal"]["duration_s"], 2.0);
+        assert_eq!(json["files"][0]["bytes"], 3);
+        assert_eq!(json["files"].as_array().map(Vec::len), Some(2));
+        let figure = desk.0.path().join("new/figures/tone.png");
+        assert_eq!(std::fs::read(figure).expect("written"), [1, 2, 3]);
+    }
+
+    #[test]
+    fn an_interrupted_analysis_leaves_nothing() {
+        let (desk, stop) = (desk(), AtomicBool::new(true));
+        let error = execute(&desk.args(), &stop, &TOOLS).expect_err("interrupted");
+        assert_eq!(error.exit_code(), 130);
+        assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 0);
+    }
+
+    #[test]
+    fn outputs_are_checked_before_the_file_is_read() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let never = Tools {
+            read: |_, _| panic!("nothing must be read"),
+            ..TOOLS
+        };
+        let file = desk.args().file;
+        std::fs::write(&file, "sound").expect("written");
+        for args in [
+            AnalyseArgs {
+                json: Some(file.clone()),
+                ..desk.args()
+            },
+            AnalyseArgs {
+                png: Some(file.clone()),
+                ..desk.args()
+            },
+            AnalyseArgs {
+                save: desk.args().json,
+                ..desk.args()
+            },
+        ] {
+            let error = execute(&args, &stop, &never).expect_err("refused");
+            assert_eq!(error.exit_code(), 2, "{error}");
+        }
+        assert_eq!(std::fs::read(&file).expect("there"), b"sound");
+    }
+
+    #[test]
+    fn a_fault_while_drawing_is_no_bad_input() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let tools = Tools {
+            draw: |_| Err("no ink".into()),
+            ..TOOLS
+        };
+        let error = execute(&desk.args(), &stop, &tools).expect_err("failed");
+        assert_eq!(error.exit_code(), 1);
+    }
 }

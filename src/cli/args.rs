@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args as Arguments, Parser, Subcommand};
+use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use thiserror::Error;
 
 use crate::analysis::Threshold;
@@ -133,11 +133,11 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Delay of the state space in samples [default: chosen by mutual information].
-    #[arg(long, value_name = "SAMPLES")]
-    pub lag: Option<usize>,
+    #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..))]
+    pub lag: Option<u32>,
     /// Dimension of the state space [default: chosen by false neighbours].
-    #[arg(long, value_name = "M")]
-    pub dimension: Option<usize>,
+    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..))]
+    pub dimension: Option<u32>,
     /// Recurrence threshold: rate:R (share of pairs), distance:D (signal's unit), spread:S (standard deviations) or neighbours:N [default: rate:0.05].
     #[arg(long, value_name = "KIND:VALUE", value_parser = threshold)]
     pub threshold: Option<Threshold>,

@@ -91,7 +91,7 @@ pub struct EvidenceReport {
     pub what: &'static str,
     /// The number.
     pub value: f64,
-    /// Which kind it speaks for.
+    /// The kinds it speaks for: one of them.
     pub says: String,
     /// How strongly, 0 to 1.
     pub weight: f64,
@@ -493,22 +493,20 @@ impl AnalyseReport {
             time(facts.duration_s),
             facts.start_s
         );
-        let unit = &facts.unit;
-        let range = format!(
-            "  from {} to {} {unit}, deviation {} {unit} about {}",
-            figures(facts.smallest),
-            figures(facts.largest),
-            figures(facts.deviation),
-            figures(facts.mean),
-        );
         let _ = writeln!(
             text,
-            "{} {unit}",
-            range
-                .replace(" ,", ",")
-                .replace("  about", " about")
-                .trim_end()
+            "  from {} to {}, deviation {} about {}",
+            self.amount(facts.smallest),
+            self.amount(facts.largest),
+            self.amount(facts.deviation),
+            self.amount(facts.mean),
         );
+    }
+
+    /// A number with the signal's unit.
+    fn amount(&self, value: f64) -> String {
+        let text = format!("{} {}", figures(value), self.signal.unit);
+        text.trim_end().to_owned()
     }
 
     fn verdict_text(&self, text: &mut String) {
@@ -521,7 +519,7 @@ impl AnalyseReport {
         );
         for evidence in &verdict.evidence {
             let bar = "#".repeat((5.0 * evidence.weight).round() as usize);
-            let _ = writeln!(text, "  {bar:<5} {:<14}  {}", evidence.says, evidence.words);
+            let _ = writeln!(text, "  {bar:<5} {}", evidence.words);
         }
     }
 
@@ -540,10 +538,9 @@ impl AnalyseReport {
             let misfit = line.misfit_hz.filter(|_| !is_base(&line.label));
             let misfit = misfit.map_or_else(String::new, |hz| format!("misses by {hz:+.3} Hz"));
             let row = format!(
-                "  {:>12.3} Hz  {:>10} {}  {:<12} {misfit}",
+                "  {:>12.3} Hz  {:>14}  {:<12} {misfit}",
                 line.frequency_hz,
-                figures(line.amplitude),
-                self.signal.unit,
+                self.amount(line.amplitude),
                 line.label
             );
             let _ = writeln!(text, "{}", row.trim_end());
@@ -585,7 +582,7 @@ impl AnalyseReport {
             recurrence.threshold,
             figures(recurrence.threshold_value),
             recurrence.epsilon.map_or_else(String::new, |epsilon| {
-                format!(": epsilon = {} {}", figures(epsilon), self.signal.unit)
+                format!(": epsilon = {}", self.amount(epsilon))
             })
         );
         let _ = writeln!(
@@ -624,7 +621,7 @@ impl AnalyseReport {
         let _ = writeln!(
             text,
             "\n{NAME}section{NAME:#} y(t + tau) = {}, rising: {} passages, {shape}{}",
-            figures(section.level),
+            self.amount(section.level),
             section.passages.len(),
             section
                 .mean_return_s
@@ -653,10 +650,12 @@ impl AnalyseReport {
         let test = &self.zero_one;
         let _ = writeln!(
             text,
-            "\n{NAME}0-1 test{NAME:#} K = {:.3} (0 regular, 1 chaos or noise) from {} samples, every {}",
+            "\n{NAME}0-1 test{NAME:#} K = {:.3} (0 regular, 1 chaos or noise) from every {}",
             test.k,
-            test.samples,
-            ordinal(test.stride_samples)
+            match test.stride_samples {
+                1 => "sample".to_owned(),
+                stride => format!("{stride}th sample"),
+            }
         );
     }
 }
@@ -697,11 +696,4 @@ fn percent(share: f64) -> String {
 
 fn or_none(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     value.map_or("none".to_owned(), show)
-}
-
-fn ordinal(count: usize) -> String {
-    match count {
-        1 => "one".to_owned(),
-        _ => format!("{count} samples"),
-    }
 }

@@ -15,7 +15,7 @@ use super::{
     paths,
     plot::{Axis, Bounds, Plot},
     stream,
-    style::{ColorMap, Quantity, short},
+    style::{ColorMap, Quantity},
 };
 use crate::pipeline::message::Subject;
 
@@ -120,11 +120,10 @@ impl Recurrence {
             None => "ε of each state its own".to_owned(),
         };
         let words = format!(
-            "{:.0} % recurrent, {}, m = {}, τ = {} µs",
+            "{:.0} % recurrent, {epsilon}, m = {}, τ = {}",
             1e2 * picture.rate,
-            epsilon,
             picture.dimension,
-            short(1e6 * picture.lag),
+            Quantity::Time.words(picture.lag),
         );
         Self::plot(picture.window).draw_caption(
             rec,

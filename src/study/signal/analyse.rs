@@ -47,7 +47,7 @@ const SECTION_DIMENSION: usize = 3;
 
 /// Radius of Kantz's method over the deviation, for few samples and for many.
 const KANTZ_RADII: [f64; 2] = [0.05, 0.02];
-const MANY_SAMPLES: usize = 20_000;
+const MANY_SAMPLES: usize = 50_000;
 
 /// Analyses a signal; `progress` is told the share done, 0 to 1, and the step's name, and says
 /// whether to go on. `None` if it says no.

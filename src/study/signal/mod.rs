@@ -27,7 +27,7 @@ pub use live::{highest_frequency, live_analysis};
 /// | recurrence | Euclidean norm; 5 % of the pairs; one state in so many samples that a lag has 12 to 23 of them; the newest 10,000 states; a lag apart at least |
 /// | along the signal | up to 120 windows over the whole stretch, of 1000 states or a third of it |
 /// | section | `y(t + lag) =` mean, rising; the newest 2000 passages |
-/// | exponents | Rosenstein and Kantz as [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); radius of Kantz 5 % of the deviation, 2 % from 20,000 samples on |
+/// | exponents | Rosenstein and Kantz as [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); radius of Kantz 5 % of the deviation, 2 % from 50,000 samples on |
 /// | 0-1 test | one sample a lag, or as many as [`ZeroOneTest::stride_for`](crate::analysis::ZeroOneTest::stride_for) asks for |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SignalSearch {
