@@ -90,7 +90,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
                 "| {} | {} | {} | {:.2} |\n",
                 evidence.what,
                 style::short(evidence.value),
-                evidence.says,
+                evidence.kinds(),
                 evidence.weight,
             )
         })
@@ -122,7 +122,7 @@ mod tests {
             evidence: vec![Evidence {
                 what: "0-1 test",
                 value: 0.0213,
-                says: Regime::QuasiPeriodic,
+                says: &[Regime::Periodic, Regime::QuasiPeriodic],
                 weight: 0.5,
                 words: "K = 0.02: regular.".to_owned(),
             }],
@@ -131,7 +131,7 @@ mod tests {
         assert!(
             text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
         );
-        assert!(text.contains("| 0-1 test | 0.0213 | quasi-periodic | 0.50 |\n"));
+        assert!(text.contains("| 0-1 test | 0.0213 | periodic or quasi-periodic | 0.50 |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
     }
 }
