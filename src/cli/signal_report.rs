@@ -361,7 +361,7 @@ fn verdict(report: &SignalReport) -> VerdictReport {
     let evidence = report.verdict.evidence.iter().map(|e| EvidenceReport {
         what: e.what,
         value: e.value,
-        says: e.says.to_string(),
+        says: e.kinds(),
         weight: e.weight,
         words: e.words.clone(),
     });
