@@ -1,6 +1,6 @@
 //! Chaos from the signal alone: how neighbours part, the exponent of it, and the 0-1 test.
 
-use rerun::{RecordingStream, Scalars, SeriesLines};
+use rerun::{RecordingStream, Scalars, SeriesLines, SeriesPoints};
 
 use super::{
     error::RecordError,
@@ -17,7 +17,7 @@ use crate::{
 
 /// Size of the field of the divergence, pixels.
 const DIVERGENCE: [f32; 2] = [400.0, 210.0];
-/// Side of the field of the 0-1 test, pixels, and points of its path that are drawn.
+/// Side of the field of the 0-1 test, pixels, and how many points its path is drawn from the start.
 const PATH_SIDE: f32 = 220.0;
 const PATH_POINTS: usize = 1000;
 
@@ -41,6 +41,11 @@ impl Chaos {
         )?;
         let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8]);
         rec.log_static(paths::EXPONENT, &widths)?;
+        // A value between gaps has no line.
+        let points = SeriesPoints::new()
+            .with_colors([faint, style::SIGNAL, faint])
+            .with_marker_sizes([1.0, 2.5, 1.0]);
+        rec.log_static(paths::EXPONENT, &points)?;
         name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
         Ok(Self {
             quantity: Quantity::displacement(subject),
@@ -57,7 +62,7 @@ impl Chaos {
 
     /// What the view of the path of the 0-1 test must show.
     pub fn path_bounds() -> Bounds {
-        path_plot(1.0).bounds()
+        path_plot(1.0, "").bounds()
     }
 
     /// Draws the results of a window that ends at `time` (s), of samples `dt` (s) apart.
@@ -150,7 +155,7 @@ impl Chaos {
         time: f64,
         zero_one: &ZeroOne,
     ) -> Result<(), RecordError> {
-        let path = &zero_one.path;
+        let path = &zero_one.path[..zero_one.path.len().min(PATH_POINTS)];
         let span = |c: usize| {
             let values = || path.iter().map(|point| point[c]);
             let low = values().fold(f64::INFINITY, f64::min);
@@ -160,15 +165,16 @@ impl Chaos {
         let spans = [span(0), span(1)];
         let middle = spans.map(|[low, high]| 0.5 * (low + high));
         let half = spans.map(|[low, high]| 0.5 * (high - low));
-        let plot = path_plot(style::round_up(half[0].max(half[1]).max(1e-9)));
+        let half = half[0].max(half[1]).max(1e-12);
+        let unit = self.quantity.unit(half);
+        let plot = path_plot(style::round_up(unit.per_si * half), &unit.symbol);
         self.path.draw(rec, paths::ZERO_ONE_AXES, time, &plot)?;
-        let stride = path.len().div_ceil(PATH_POINTS).max(1);
-        let points = path.iter().step_by(stride);
         plot.draw_curve(
             rec,
             paths::ZERO_ONE_PATH,
             time,
-            points.map(|[p, q]| [p - middle[0], q - middle[1]]),
+            path.iter()
+                .map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.per_si * c)),
             (style::SIGNAL, 0.7),
         )?;
         let words = format!("K = {}", short(zero_one.k));
@@ -187,8 +193,8 @@ fn divergence_plot(x: Axis, y: Axis) -> Plot {
     }
 }
 
-fn path_plot(full: f64) -> Plot {
-    let axis = |name: &str| Axis::linear(name, -full, full, 4);
+fn path_plot(full: f64, unit: &str) -> Plot {
+    let axis = |name| Axis::linear(style::with_unit(name, unit), -full, full, 4);
     Plot {
         width: PATH_SIDE,
         height: PATH_SIDE,

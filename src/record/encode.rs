@@ -14,7 +14,7 @@ use super::{
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
     recurrence::{Picture, Recurrence},
-    regime::{self, Regimes},
+    regime,
     samples::{self, Samples, Waveform},
     section::Section,
     spectrum::{self, Spectrogram, SpectrumPlot},
@@ -39,7 +39,6 @@ pub struct Encoder {
     quantification: Quantification,
     section: Section,
     chaos: Chaos,
-    regimes: Regimes,
 }
 
 /// What frames of samples draw.
@@ -109,6 +108,7 @@ impl Encoder {
     ) -> Result<Self, RecordError> {
         text::send_properties(rec, &header)?;
         text::log_about(rec, &header)?;
+        regime::name_kinds(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
         spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
         let subject = &header.subject;
@@ -122,7 +122,6 @@ impl Encoder {
             quantification: Quantification::default(),
             section: Section::new(rec, &header)?,
             chaos: Chaos::new(rec, subject)?,
-            regimes: Regimes::new(rec)?,
             header,
         })
     }
@@ -205,14 +204,14 @@ impl Encoder {
 
     /// The verdict; of a signal, which has no narrator, it is also what is being seen.
     fn draw_regime(
-        &mut self,
+        &self,
         rec: &RecordingStream,
         time: f64,
         window: f64,
         verdict: &Verdict,
     ) -> Result<(), RecordError> {
         let header = &self.header;
-        self.regimes.draw(rec, header, time, window, verdict)?;
+        regime::draw_verdict(rec, header, time, window, verdict)?;
         match header.subject {
             Subject::Joint(_) => Ok(()),
             Subject::Signal(_) => text::narrate(rec, header, time, &regime::words(verdict)),

@@ -19,49 +19,36 @@ const KINDS: [Regime; 7] = [
     Regime::Unsure,
 ];
 
-/// Draws verdicts.
-#[derive(Debug)]
-pub struct Regimes {
-    /// The kind that the history ends with.
-    last: Option<Regime>,
+/// Names kinds and series.
+pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
+    let kinds = StateConfiguration::new()
+        .with_values(KINDS.map(|kind| kind.to_string()))
+        .with_colors(KINDS.map(style::regime));
+    rec.log_static(paths::REGIME_KIND, &kinds)?;
+    name_series(
+        rec,
+        paths::REGIME_CONFIDENCE,
+        ["confidence".to_owned()],
+        [style::SIGNAL],
+    )
 }
 
-impl Regimes {
-    /// Names kinds and series.
-    pub fn new(rec: &RecordingStream) -> Result<Self, RecordError> {
-        let kinds = StateConfiguration::new()
-            .with_values(KINDS.map(|kind| kind.to_string()))
-            .with_colors(KINDS.map(style::regime));
-        rec.log_static(paths::REGIME_KIND, &kinds)?;
-        name_series(
-            rec,
-            paths::REGIME_CONFIDENCE,
-            ["confidence".to_owned()],
-            [style::SIGNAL],
-        )?;
-        Ok(Self { last: None })
-    }
-
-    /// Draws the verdict on a window of `window` (s) that ends at `time` (s).
-    pub fn draw(
-        &mut self,
-        rec: &RecordingStream,
-        header: &Header,
-        time: f64,
-        window: f64,
-        verdict: &Verdict,
-    ) -> Result<(), RecordError> {
-        if self.last != Some(verdict.regime) {
-            self.last = Some(verdict.regime);
-            let change = StateChange::single(verdict.regime.to_string());
-            stream::log_at(rec, paths::REGIME_KIND, time, &change)?;
-        }
-        let confidence = Scalars::single(verdict.confidence);
-        stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidence)?;
-        let text = document(header, time, window, verdict);
-        let document = TextDocument::from_markdown(text);
-        stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
-    }
+/// Draws the verdict on a window of `window` (s) that ends at `time` (s).
+pub fn draw_verdict(
+    rec: &RecordingStream,
+    header: &Header,
+    time: f64,
+    window: f64,
+    verdict: &Verdict,
+) -> Result<(), RecordError> {
+    // Told even if it is the same: the history reaches as far as its last row.
+    let kind = StateChange::single(verdict.regime.to_string());
+    stream::log_at(rec, paths::REGIME_KIND, time, &kind)?;
+    let confidence = Scalars::single(verdict.confidence);
+    stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidence)?;
+    let text = document(header, time, window, verdict);
+    let document = TextDocument::from_markdown(text);
+    stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
 }
 
 /// The verdict as a heading with a line on how sure it is.
@@ -122,7 +109,7 @@ mod tests {
             evidence: vec![Evidence {
                 what: "0-1 test",
                 value: 0.0213,
-                says: Regime::QuasiPeriodic,
+                says: &[Regime::Periodic, Regime::QuasiPeriodic],
                 weight: 0.5,
                 words: "K = 0.02: regular.".to_owned(),
             }],
@@ -131,7 +118,7 @@ mod tests {
         assert!(
             text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
         );
-        assert!(text.contains("| 0-1 test | 0.0213 | quasi-periodic | 0.50 |\n"));
+        assert!(text.contains("| 0-1 test | 0.0213 | periodic or quasi-periodic | 0.50 |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
     }
 }

@@ -164,10 +164,16 @@ impl Signal {
     pub fn verdict(&self, now: f64) -> Record {
         let regime = self.regime(now);
         let disorder = self.disorder(now);
+        let says: &[Regime] = match regime {
+            Regime::Transient => &[Regime::Transient],
+            Regime::Periodic => &[Regime::Periodic],
+            Regime::QuasiPeriodic => &[Regime::QuasiPeriodic, Regime::Periodic],
+            _ => &[Regime::Chaotic],
+        };
         let evidence = |what, value, weight, words: &str| Evidence {
             what,
             value,
-            says: regime,
+            says,
             weight,
             words: words.to_owned(),
         };
