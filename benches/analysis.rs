@@ -11,7 +11,7 @@ use squeakscope::analysis::{
     DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Window, name_lines,
 };
 use squeakscope::pipeline::message::{Frame, Record};
-use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError};
+use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError, Source};
 use squeakscope::scene::{AnalysisSpec, Scene};
 
 /// Samples a second, Hz.
@@ -109,31 +109,34 @@ fn stages(c: &mut Criterion) {
     let mut scene = Scene::load("torus-3deg").unwrap();
     scene.duration = 0.1;
     let all = scene.analysis.clone();
-    let none = AnalysisSpec::default();
+    let only = |keep: fn(&mut AnalysisSpec, &AnalysisSpec)| {
+        let mut spec = AnalysisSpec::default();
+        keep(&mut spec, &all);
+        spec
+    };
     let cases = [
-        ("none", none.clone()),
-        (
-            "spectrum",
-            AnalysisSpec {
-                spectrum: all.spectrum,
-                ..none.clone()
-            },
-        ),
+        ("none", AnalysisSpec::default()),
+        ("spectrum", only(|spec, all| spec.spectrum = all.spectrum)),
         (
             "spectrogram",
-            AnalysisSpec {
-                spectrogram: all.spectrogram,
-                ..none.clone()
-            },
+            only(|spec, all| spec.spectrogram = all.spectrogram),
         ),
+        ("delay", only(|spec, all| spec.delay = all.delay)),
         (
             "recurrence",
-            AnalysisSpec {
-                recurrence: all.recurrence,
-                ..none
-            },
+            only(|spec, all| spec.recurrence = all.recurrence),
         ),
-        ("all", all),
+        (
+            "quantification",
+            only(|spec, all| spec.quantification = all.quantification),
+        ),
+        (
+            "section",
+            only(|spec, all| spec.section = all.section.clone()),
+        ),
+        ("chaos", only(|spec, all| spec.chaos = all.chaos)),
+        ("regime", only(|spec, all| spec.regime = all.regime)),
+        ("all", all.clone()),
     ];
     let mut simulation = Simulation::new(&scene).unwrap();
     let header = simulation.header("");
@@ -143,13 +146,9 @@ fn stages(c: &mut Criterion) {
     let mut group = c.benchmark_group("stages of 100 ms");
     group.sample_size(20);
     for (name, analysis) in cases {
-        let scene = Scene {
-            analysis,
-            ..scene.clone()
-        };
         group.bench_function(name, |b| {
             b.iter(|| {
-                let mut analyser = Analyser::new(&scene, &header);
+                let mut analyser = Analyser::new(&analysis, &header);
                 frames
                     .iter()
                     .for_each(|frame| analyser.push(frame, &mut Drain).unwrap());

@@ -34,6 +34,8 @@ pub mod study;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "figure")]
+pub mod figure;
 #[cfg(feature = "record")]
 pub mod record;
 

@@ -63,4 +63,7 @@ pub enum AnalysisError {
         /// The most that are possible.
         most: usize,
     },
+    /// The signal does not move.
+    #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
+    Constant,
 }

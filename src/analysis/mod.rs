@@ -1,15 +1,25 @@
 //! Signals: slices of samples in, values out. Knows neither joint nor scene.
 //!
-//! Two questions are put to a signal here.
+//! Five questions are put to a signal here.
 //!
 //! *Which tones is it made of?* A [`SpectrumAnalyser`] gives the one-sided amplitude
 //! [`Spectrum`] under a [`Window`]; its [`Line`]s are refined below a bin; [`name_lines`] reads
 //! them as one fundamental with harmonics or as two base frequencies with their combinations,
 //! and says how likely it is that chance did the same. [`Stft`] does it column by column.
 //!
-//! *When does it come back to where it was?* [`DelayVectors`] unfolds the signal, Eq. (25); a
-//! [`RecurrencePlot`] shows which instants lie close to one another, Eq. (26). A periodic signal
-//! gives unbroken diagonals a period apart; chaos tears them.
+//! *In which space does it move?* [`DelayVectors`] unfold it, Eq. (25); [`choose_delay`] takes
+//! the lag from the [`mutual_information`] and the dimension from the [`false_neighbours`].
+//!
+//! *When does it come back to where it was?* A [`RecurrencePlot`] shows which instants lie close
+//! to one another, Eq. (26): a periodic signal gives unbroken diagonals a period apart; chaos
+//! tears them. [`quantify`] counts its points and lines without ever storing it, a
+//! [`RecurrenceWindow`] as samples come and go; [`Measures`] follow from the counts.
+//!
+//! *How does it pass through a surface?* [`delay_section`] and [`plane_section`] give Poincare
+//! sections, [`section_shape`] tells points from loops and clouds.
+//!
+//! *Is it chaos?* [`divergence()`] follows neighbours that part, [`zero_one()`] applies the 0-1
+//! test, and [`classify`] weighs all evidence into a [`Verdict`].
 //!
 //! [`SlidingWindow`] turns a stream of samples, in pieces of any size, into windows at exact
 //! instants; all live analyses stand on it.
@@ -20,6 +30,7 @@
 mod chaos;
 mod delay;
 mod error;
+mod moments;
 mod neighbours;
 mod norm;
 mod poincare;
@@ -31,6 +42,7 @@ mod tones;
 pub use chaos::*;
 pub use delay::*;
 pub use error::AnalysisError;
+pub use moments::deviation;
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{
@@ -43,123 +55,4 @@ pub use sliding::{History, SlidingWindow, View};
 pub use tones::*;
 
 #[cfg(test)]
-pub(crate) mod test_signals {
-    //! Signals known in closed form, and chaos known by its numbers, for the tests of this room
-    //! and of the stages.
-
-    use std::f64::consts::TAU;
-
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
-    /// Sum of sines, each (frequency in Hz, amplitude, phase in rad).
-    pub fn sines(sample_rate: f64, n: usize, tones: &[(f64, f64, f64)]) -> Vec<f64> {
-        let at = |i: usize| {
-            let t = i as f64 / sample_rate;
-            tones
-                .iter()
-                .map(|(f, a, phase)| a * (TAU * f * t + phase).sin())
-                .sum()
-        };
-        (0..n).map(at).collect()
-    }
-
-    /// Gaussian white noise of the given standard deviation (Box-Muller).
-    pub fn noise(seed: u64, n: usize, deviation: f64) -> Vec<f64> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut normal = || {
-            let (u, v): (f64, f64) = (rng.random(), rng.random());
-            (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
-        };
-        (0..n).map(|_| deviation * normal()).collect()
-    }
-
-    /// `n` states of the Lorenz system (10, 28, 8/3), `dt` apart, on the attractor:
-    /// `x' = 10 (y - x)`, `y' = x (28 - z) - y`, `z' = x y - 8/3 z`.
-    ///
-    /// Largest Lyapunov exponent 0.9056 (Sprott). Another `start` (any state but zero) gives
-    /// another piece of the attractor.
-    pub fn lorenz(n: usize, dt: f64, start: [f64; 3]) -> Vec<[f64; 3]> {
-        let flow =
-            |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
-        trajectory(flow, start, 100.0, n, dt, 0.002)
-    }
-
-    /// `n` states of the Roessler system, `dt` apart, after 1000 units of time:
-    /// `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)`, parameters `[a, b, c]`.
-    ///
-    /// At 0.2, 0.2, 5.7 chaotic, largest Lyapunov exponent 0.0714 (Sprott), about 5.86 a turn.
-    pub fn roessler(n: usize, dt: f64, [a, b, c]: [f64; 3], start: [f64; 3]) -> Vec<[f64; 3]> {
-        let flow = |[x, y, z]: [f64; 3]| [-y - z, x + a * y, b + z * (x - c)];
-        trajectory(flow, start, 1000.0, n, dt, 0.01)
-    }
-
-    /// One coordinate of each state.
-    pub fn coordinate(states: &[[f64; 3]], c: usize) -> Vec<f64> {
-        states.iter().map(|state| state[c]).collect()
-    }
-
-    /// States `dt` apart after a transient, by the classical Runge-Kutta method in equal steps
-    /// no longer than `step`.
-    fn trajectory(
-        flow: impl Fn([f64; 3]) -> [f64; 3],
-        start: [f64; 3],
-        transient: f64,
-        n: usize,
-        dt: f64,
-        step: f64,
-    ) -> Vec<[f64; 3]> {
-        let ahead = |s: [f64; 3], k: [f64; 3], h: f64| std::array::from_fn(|c| s[c] + h * k[c]);
-        let advance = |mut s: [f64; 3], duration: f64| {
-            let steps = (duration / step).ceil();
-            let h = duration / steps;
-            for _ in 0..steps as usize {
-                let k1 = flow(s);
-                let k2 = flow(ahead(s, k1, h / 2.0));
-                let k3 = flow(ahead(s, k2, h / 2.0));
-                let k4 = flow(ahead(s, k3, h));
-                let mean = |c| (k1[c] + 2.0 * k2[c] + 2.0 * k3[c] + k4[c]) / 6.0;
-                s = ahead(s, std::array::from_fn(mean), h);
-            }
-            s
-        };
-        let mut state = advance(start, transient);
-        let mut next = || {
-            let after = advance(state, dt);
-            std::mem::replace(&mut state, after)
-        };
-        (0..n).map(|_| next()).collect()
-    }
-
-    #[test]
-    fn the_lorenz_attractor_keeps_its_balances() {
-        // The derivative of a bounded quantity is 0 on average; x^2 / 2 and z give
-        // <x^2> = <x y> = 8/3 <z>, here within the bound over the time of 1000.
-        let states = lorenz(50_000, 0.02, [1.0, 1.0, 1.0]);
-        let count = states.len() as f64;
-        let mean = |f: fn(&[f64; 3]) -> f64| states.iter().map(f).sum::<f64>() / count;
-        let (squares, product, height) = (
-            mean(|s| s[0] * s[0]),
-            mean(|s| s[0] * s[1]),
-            mean(|s| 8.0 / 3.0 * s[2]),
-        );
-        assert!((squares - product).abs() < 0.02, "{squares} {product}");
-        assert!((product - height).abs() < 0.05, "{product} {height}");
-        assert!(height > 60.0 && mean(|s| s[0]).abs() < 0.5);
-    }
-
-    #[test]
-    fn the_roessler_attractor_has_its_known_size() {
-        // Bounds of the attractor: x from about -9.1 to 11.5, z up to about 23; a turn takes 5.86.
-        let states = roessler(20_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]);
-        let x = coordinate(&states, 0);
-        let low = x.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        assert!(
-            (low + 9.1).abs() < 0.2 && (high - 11.5).abs() < 0.4,
-            "{low} {high}"
-        );
-        let turns = x.windows(2).filter(|w| w[0] < 0.0 && w[1] >= 0.0).count();
-        assert!((2000.0 / turns as f64 - 5.86).abs() < 0.05, "{turns}");
-    }
-}
+pub(crate) mod test_signals;

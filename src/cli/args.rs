@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args as Arguments, Parser, Subcommand};
+use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use thiserror::Error;
+
+use crate::analysis::Threshold;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
 ///
@@ -28,6 +30,8 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
+    /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
+    Analyse(AnalyseArgs),
 }
 
 /// Arguments of `squeakscope run`.
@@ -109,6 +113,67 @@ pub struct ModelArgs {
     /// Write what the model consists of as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// Arguments of `squeakscope analyse`.
+#[derive(Debug, Default, Arguments)]
+pub struct AnalyseArgs {
+    /// The file: WAV, CSV or other columns of text, .npy, .npz, or a recording (.rrd).
+    pub file: PathBuf,
+    /// Column or channel, by name or by place from 0 (the time not counted); may be left out where there is only one.
+    #[arg(long, value_name = "NAME")]
+    pub column: Option<String>,
+    /// Samples a second, for a file that does not say.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub rate: Option<f64>,
+    /// Leave out what comes before this time of the file.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Leave out what comes from this time of the file on.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Delay of the state space in samples [default: chosen by mutual information].
+    #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..))]
+    pub lag: Option<u32>,
+    /// Dimension of the state space [default: chosen by false neighbours].
+    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..))]
+    pub dimension: Option<u32>,
+    /// Recurrence threshold: rate:R (share of pairs), distance:D (signal's unit), spread:S (standard deviations) or neighbours:N [default: rate:0.05].
+    #[arg(long, value_name = "KIND:VALUE", value_parser = threshold)]
+    pub threshold: Option<Threshold>,
+    /// Save a recording in which the analyses run along the signal.
+    #[arg(long, value_name = "FILE.rrd")]
+    pub save: Option<PathBuf>,
+    /// Draw the figures into this directory, as PNG.
+    #[arg(long, value_name = "DIR")]
+    pub png: Option<PathBuf>,
+    /// Write every number as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Takes a recurrence threshold; its range is checked here so that a slip is found before any work.
+fn threshold(text: &str) -> Result<Threshold, String> {
+    let (kind, value) = text.split_once(':').unwrap_or(("rate", text));
+    let number = || {
+        value
+            .parse::<f64>()
+            .ok()
+            .filter(|v| v.is_finite() && *v > 0.0)
+    };
+    let threshold = match kind {
+        "rate" => number().filter(|rate| *rate <= 1.0).map(Threshold::Rate),
+        "distance" => number().map(Threshold::Distance),
+        "spread" => number().map(Threshold::Spread),
+        "neighbours" => {
+            let count = value.parse().ok().filter(|count| *count > 0);
+            count.map(Threshold::Neighbours)
+        }
+        _ => None,
+    };
+    threshold.ok_or_else(|| {
+        "write rate:R with R up to 1, distance:D, spread:S or neighbours:N, each above 0".to_owned()
+    })
 }
 
 /// Evenly spaced tilts, both ends included.
@@ -268,5 +333,24 @@ mod tests {
         assert!(parse("squeakscope run --spawn --connect").is_err());
         assert!(parse("squeakscope stability --tilt -3:3:1").is_ok());
         assert!(parse("squeakscope model").is_err());
+    }
+
+    #[test]
+    fn thresholds_have_a_kind() {
+        assert_eq!(threshold("0.1"), Ok(Threshold::Rate(0.1)));
+        assert_eq!(threshold("distance:2e-3"), Ok(Threshold::Distance(2e-3)));
+        assert_eq!(threshold("spread:0.2"), Ok(Threshold::Spread(0.2)));
+        assert_eq!(threshold("neighbours:10"), Ok(Threshold::Neighbours(10)));
+        for text in [
+            "",
+            "rate:1.1",
+            "rate:0",
+            "spread:nan",
+            "neighbours:0.5",
+            "near:1",
+            "distance:-1",
+        ] {
+            assert!(threshold(text).is_err(), "{text}");
+        }
     }
 }

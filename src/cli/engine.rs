@@ -2,18 +2,23 @@
 //! the pipeline and the joint.
 
 use std::io::Cursor;
+use std::path::Path;
 
-use super::error::Cause;
+use super::analyse::{FigureFile, Play, Tools};
+use super::error::{Cause, CliError};
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
 use crate::export::{ModelArrays, SamplesSink, encode_model};
+use crate::figure::signal_figures;
+use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
-use crate::pipeline::message::Summary;
-use crate::pipeline::{Monitor, Simulation, Sink, Tee, drive, initial_state};
-use crate::record::{Output, RerunSink};
-use crate::scene::Scene;
+use crate::pipeline::message::{SignalInfo, Summary};
+use crate::pipeline::{Monitor, Playback, Simulation, Sink, Tee, drive, initial_state};
+use crate::record::{Output, RerunSink, read_series};
+use crate::scene::{RecordSpec, Scene};
 use crate::study;
+use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
@@ -79,4 +84,97 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
         modes,
         npz: npz.into_inner(),
     })
+}
+
+/// What `squeakscope analyse` needs.
+pub(super) const LABORATORY: Tools = Tools { read, draw, play };
+
+/// Times of a recording are whole nanoseconds.
+const NANOSECOND: f64 = 1e-9;
+
+/// Reads a signal from any file, recordings included.
+fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
+    let failed = |problem| ImportError {
+        path: path.to_owned(),
+        problem,
+    };
+    if Format::of(path).map_err(failed)? != Format::Rrd {
+        return Ok(read_signal(path, selection)?);
+    }
+    let series = read_series(path, selection.column.as_deref())?;
+    let table = Table {
+        columns: vec![Column::new(series.name, &series.unit, series.values)],
+        clock: Clock::Times {
+            times: series.times,
+            resolution: NANOSECOND,
+        },
+    };
+    // The column has been chosen above.
+    let rest = Selection {
+        column: None,
+        ..selection.clone()
+    };
+    Ok(table.signal(&rest).map_err(failed)?)
+}
+
+/// The figures of a report.
+fn draw(report: &SignalReport) -> Result<Vec<FigureFile>, Cause> {
+    let figures = signal_figures(report)?;
+    let file = |figure: crate::figure::Figure| {
+        Ok(FigureFile {
+            name: format!("{}.png", figure.name),
+            png: figure.png()?,
+        })
+    };
+    figures.into_iter().map(file).collect()
+}
+
+/// Sends a signal down the road of a simulation: analysis, recording.
+fn play(job: &Play<'_>) -> Result<Summary, Cause> {
+    let signal = &job.report.signal;
+    let [low, high] = [f64::min, f64::max].map(|of| {
+        let samples = signal.samples.iter().copied();
+        samples.reduce(of).unwrap_or(0.0)
+    });
+    let source = job.file.file_name().unwrap_or(job.file.as_os_str());
+    let source = source.to_string_lossy().into_owned();
+    let info = SignalInfo {
+        source: source.clone(),
+        column: signal.name.clone(),
+        unit: signal.unit.clone(),
+        start: signal.start,
+        span: [low, high],
+        highest_frequency: highest_frequency(job.report),
+    };
+    let title = format!(
+        "{source}, {}: {} samples at {} Hz",
+        signal.name,
+        signal.samples.len(),
+        signal.rate
+    );
+    let playback = Playback::new(
+        title,
+        info,
+        signal.samples.clone(),
+        signal.rate,
+        live_analysis(job.report),
+    );
+    let output = Output {
+        save: Some(job.save.to_owned()),
+        ..Output::default()
+    };
+    // There is neither a patch nor a body to take snapshots of.
+    let rates = RecordSpec {
+        patch_rate: 0.0,
+        body_rate: 0.0,
+        energy_rate: 0.0,
+        exaggeration: 1.0,
+    };
+    let mut sink = RerunSink::new(&output, rates)?;
+    let (start, duration) = (signal.start, signal.duration());
+    let monitor = Monitor {
+        stop: job.stop,
+        progress: &|time| (job.progress)((time - start) / duration),
+    };
+    Ok(drive(playback, job.command, &mut sink, monitor)?)
 }

@@ -1,12 +1,16 @@
 //! What can go wrong on the command line, and the exit code it gives.
 
 use std::error::Error;
+use std::path::PathBuf;
 
 use thiserror::Error;
 
 use super::output::OutputError;
+use crate::analysis::AnalysisError;
+use crate::import::ImportError;
 use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
+use crate::record::ReadError;
 use crate::scene::SceneError;
 
 /// Any error of a layer below, kept as the source.
@@ -19,6 +23,20 @@ pub enum CliError {
     /// The scene cannot be run.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The file holds no signal.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// The recording holds no such column.
+    #[error(transparent)]
+    Recording(#[from] ReadError),
+    /// The signal is not one that can be analysed.
+    #[error("{}: {reason}", path.display())]
+    Signal {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: AnalysisError,
+    },
     /// A result cannot be written where it should go.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -39,7 +57,7 @@ impl CliError {
     /// The exit code that it gives: 1 a fault while running, 2 bad input, 130 Ctrl-C.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) => 2,
+            Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible_joint(source.as_ref()) => 2,
             Self::Output(_) | Self::Run { .. } => 1,

@@ -4,13 +4,14 @@
 //! |---|---|
 //! | 0 | done |
 //! | 1 | a fault while running |
-//! | 2 | bad input: arguments, a scene, an output that cannot be written |
+//! | 2 | bad input: arguments, a scene, a signal, an output that cannot be written |
 //! | 130 | interrupted by Ctrl-C; what was recorded until then is kept |
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
 //! structures of [`report`] say what is in it.
 
+mod analyse;
 pub mod args;
 mod engine;
 mod error;
@@ -21,6 +22,7 @@ mod progress;
 pub mod report;
 mod run;
 mod scenes;
+pub mod signal_report;
 mod stability;
 
 use std::process::ExitCode;
@@ -54,5 +56,6 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Scenes(args)) => scenes::scenes(&args),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Model(args)) => model::model(&args, engine::model),
+        Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }
 }

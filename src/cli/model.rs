@@ -1,5 +1,6 @@
 //! `squeakscope model`: all that Eq. (8) needs, as NumPy arrays.
 
+use std::ffi::OsStr;
 use std::io::Write;
 
 use super::args::ModelArgs;
@@ -30,7 +31,7 @@ pub(super) fn model(
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     report::print_warnings(&scene.warnings());
     let [out, json] = check_all(
-        args.scene.as_deref(),
+        args.scene.as_deref().map(OsStr::new),
         [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
     )?;
     let out = out.expect("a path was given, and has been checked");

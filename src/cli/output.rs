@@ -1,5 +1,6 @@
 //! Files to be written: checked before any work, replaced only by a whole new one.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -36,9 +37,19 @@ pub enum OutputError {
         /// The other option that asked for it.
         other: &'static str,
     },
-    /// The output would replace the scene that is being run.
-    #[error("`{path}` ({option}) is the scene itself; give the output a path of its own")]
-    IsScene {
+    /// The output would replace what is read: the scene, or the signal's file.
+    #[error("`{path}` ({option}) is the input itself; give the output a path of its own")]
+    IsInput {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+    },
+    /// The path for a directory is that of something else, or it cannot be made there.
+    #[error(
+        "cannot write into `{path}` ({option}): it is no directory and none can be made there; choose another path"
+    )]
+    NotADirectory {
         /// The path asked for.
         path: PathBuf,
         /// The option that asked for it.
@@ -130,6 +141,29 @@ impl OutputFile {
     }
 }
 
+/// Checks that files can be made in a directory, which need not be there yet, without making it.
+///
+/// # Errors
+/// When its path is that of something else, or nothing can be made there.
+pub fn check_directory(path: &Path, option: &'static str) -> Result<(), OutputError> {
+    let refused = || OutputError::NotADirectory {
+        path: path.to_owned(),
+        option,
+    };
+    // The nearest directory that is there.
+    let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
+    let there = there.unwrap_or(Path::new("."));
+    if path.as_os_str().is_empty() || !there.is_dir() {
+        return Err(refused());
+    }
+    temporary_beside(&there.join("figure")).map_err(|source| OutputError::NotWritable {
+        path: path.to_owned(),
+        option,
+        source,
+    })?;
+    Ok(())
+}
+
 /// A path with its links resolved; of a file that is not there yet, those of its directory.
 fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {
@@ -151,24 +185,24 @@ fn ends_in_separator(path: &Path) -> bool {
 }
 
 /// Checks all outputs of a command: each by itself, that no two are the same, and that none would
-/// replace the `scene`, where that is a file.
+/// replace the `input` (a scene's name or path, or the path of a signal), where that is a file.
 ///
 /// # Errors
-/// The first that cannot be written, is asked for twice, or is the scene.
+/// The first that cannot be written, is asked for twice, or is the input.
 pub fn check_all<const N: usize>(
-    scene: Option<&str>,
+    input: Option<&OsStr>,
     wanted: [(&'static str, Option<&Path>); N],
 ) -> Result<[Option<OutputFile>; N], OutputError> {
-    let scene = scene.and_then(|name| fs::canonicalize(name).ok());
+    let input = input.and_then(|name| fs::canonicalize(name).ok());
     let mut files: [Option<OutputFile>; N] = [const { None }; N];
     for k in 0..N {
         let (option, Some(path)) = wanted[k] else {
             continue;
         };
         let file = OutputFile::check(path, option)?;
-        if scene.as_deref() == Some(file.path()) {
+        if input.as_deref() == Some(file.path()) {
             let path = path.to_owned();
-            return Err(OutputError::IsScene { path, option });
+            return Err(OutputError::IsInput { path, option });
         }
         let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
         if let Some(j) = same {
@@ -238,6 +272,21 @@ mod tests {
         ));
     }
 
+    #[test]
+    fn directories_may_be_there_or_not_but_nothing_else() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let file = folder.path().join("file");
+        fs::write(&file, "x").expect("written");
+        let check = |path: &Path| check_directory(path, "--png");
+        check(folder.path()).expect("there");
+        check(&folder.path().join("new/figures")).expect("can be made");
+        for path in [&file, &file.join("figures"), Path::new("")] {
+            let error = check(path).expect_err("no directory");
+            assert!(matches!(error, OutputError::NotADirectory { .. }));
+        }
+        assert_eq!(names_in(folder.path()), 1);
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_link_stays_and_its_file_is_replaced() {
@@ -270,8 +319,8 @@ mod tests {
         assert!(matches!(error, OutputError::Twice { .. }));
         fs::write(&missing, "a scene").expect("written");
         let onto_scene = [("--save", Some(&*detour))];
-        let error = check_all(missing.to_str(), onto_scene).expect_err("the scene");
-        assert!(matches!(error, OutputError::IsScene { .. }));
+        let error = check_all(Some(missing.as_os_str()), onto_scene).expect_err("the scene");
+        assert!(matches!(error, OutputError::IsInput { .. }));
         let message = twice.expect_err("refused").to_string();
         assert!(
             message.contains("asked for twice (--json, --save)"),

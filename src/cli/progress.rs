@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Progress in simulated time.
+/// Progress in simulated time, or in shares of the work.
 pub(super) struct Progress {
     bar: ProgressBar,
 }
@@ -11,12 +11,28 @@ impl Progress {
     /// A bar for a run of the given simulated time (s).
     pub fn new(duration: f64) -> Self {
         let template = "{elapsed} [{bar:40}] {percent:>3} % of the simulated time, {eta} to go";
+        Self::with(template, duration)
+    }
+
+    fn with(template: &str, length: f64) -> Self {
         let style = ProgressStyle::with_template(template)
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
         Self {
-            bar: ProgressBar::new(microseconds(duration)).with_style(style),
+            bar: ProgressBar::new(microseconds(length)).with_style(style),
         }
+    }
+
+    /// A bar for work in named steps.
+    pub fn of_steps() -> Self {
+        let template = "{elapsed} [{bar:40}] {percent:>3} % {msg}";
+        Self::with(template, 1.0)
+    }
+
+    /// The share done, 0 to 1, and the step that comes.
+    pub fn step(&self, share: f64, name: &'static str) {
+        self.bar.set_message(name);
+        self.reach(share);
     }
 
     /// Simulated time reached, s.
@@ -31,7 +47,7 @@ impl Drop for Progress {
     }
 }
 
-/// The bar counts whole numbers.
+/// The bar counts whole numbers: millionths.
 fn microseconds(time: f64) -> u64 {
     (time * 1e6).round() as u64
 }

@@ -1,5 +1,6 @@
 //! `squeakscope run`: simulate a scene and record it.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -67,7 +68,7 @@ fn execute(
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
     let [save, npz, json] = check_all(
-        args.scene.as_deref(),
+        args.scene.as_deref().map(OsStr::new),
         [
             ("--save", recording(args)),
             ("--npz", args.npz.as_deref()),
@@ -137,7 +138,7 @@ fn viewer(args: &RunArgs) -> Viewer<'_> {
 }
 
 /// How the program was started.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let name = std::iter::once("squeakscope".to_owned());
     let words = std::env::args_os().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
@@ -145,7 +146,7 @@ fn command_line() -> String {
 }
 
 /// A path as one word of a shell.
-fn shown(path: &Path) -> String {
+pub(super) fn shown(path: &Path) -> String {
     let path = path.to_string_lossy();
     if path.contains(char::is_whitespace) {
         format!("\"{path}\"")

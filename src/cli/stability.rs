@@ -1,5 +1,7 @@
 //! `squeakscope stability`: which modes can squeak, by complex eigenvalues at steady sliding.
 
+use std::ffi::OsStr;
+
 use super::args::StabilityArgs;
 use super::error::{Cause, CliError};
 use super::output::check_all;
@@ -26,7 +28,10 @@ pub(super) fn stability(
         Ok(there.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
-    let [json] = check_all(args.scene.as_deref(), [("--json", args.json.as_deref())])?;
+    let [json] = check_all(
+        args.scene.as_deref().map(OsStr::new),
+        [("--json", args.json.as_deref())],
+    )?;
     let modes = analyse(&scene, &tilts).map_err(|source| CliError::Run {
         doing: "stability analysis",
         source,

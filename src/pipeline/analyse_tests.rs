@@ -154,7 +154,7 @@ fn the_laboratory_speaks_at_its_instants() {
     assert_eq!(regimes, [1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
     // Measures on the grid of the states: every fourth sample from the first on.
     let measures = instants(&records, quantification);
-    assert!(measures.len() > 40 && measures.iter().all(|k| k % 4.0 == 0.0));
+    assert!(measures.len() > 35 && measures.iter().all(|k| k % 4.0 == 0.0));
     assert!(
         measures
             .windows(2)
@@ -182,11 +182,11 @@ fn passages_are_where_the_signal_says() {
     assert!(points.len() >= 38, "{}", points.len());
     let amplitude = speed / (TAU * frequency);
     let side = amplitude * (TAU * frequency * 60e-6).sin();
-    for (k, point) in points.iter().enumerate() {
+    // The first one lies so near the beginning that it is found on a straight line.
+    for (k, point) in points.iter().enumerate().skip(1) {
         // The velocity is a sine: the displacement rises through 0 after 1/4, 5/4, ... periods.
         let due = T0 + (k as f64 + 0.25) / frequency - 60e-6;
-        // The first one lies so near the beginning that it is found on a straight line.
-        assert!(k == 0 || (point.time - due).abs() < 1e-12, "{k}");
+        assert!((point.time - due).abs() < 1e-12, "{k}");
         assert!((point.at[0] + side).abs() < 1e-6 * amplitude);
         assert!((point.at[1] - side).abs() < 1e-6 * amplitude);
     }
@@ -261,7 +261,7 @@ fn passages(records: &[Record]) -> Vec<SectionPoint> {
 fn every_threshold_is_taken_by_picture_and_measures() {
     let motion = Motion::tones(0.01, &TORUS);
     let thresholds = [
-        Threshold::Distance(1e-7),
+        Threshold::Distance(3e-7),
         Threshold::Spread(0.3),
         Threshold::Rate(0.1),
         Threshold::Neighbours(10),
@@ -397,7 +397,7 @@ fn recurrence_tells_lag_rate_and_diagonals() {
             assert_eq!((*size, *window), (400, 5e-3));
             assert!((lag - 60e-6).abs() < 1e-12);
             assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
-            assert!(*threshold > 0.0 && *threshold < 1e-6);
+            assert!(threshold.is_some_and(|t| t > 0.0 && t < 1e-6));
             let full =
                 |offset: usize| (0..400 - offset).all(|i| recurrent[i * 400 + i + offset] == 255);
             let empty =
@@ -424,7 +424,7 @@ fn a_distance_threshold_is_taken_as_it_is() {
         .iter()
         .filter_map(|r| {
             if let Record::Recurrence { threshold, .. } = r {
-                Some(*threshold)
+                *threshold
             } else {
                 None
             }
@@ -458,11 +458,10 @@ fn silence_gives_no_nan_and_says_so() {
         displacement: vec![0.0; 8000],
         velocity: vec![0.0; 8000],
     };
-    // Nothing can be chosen, hence delays are given.
-    let mut spec = laboratory();
-    spec.recurrence = analyses().recurrence;
-    spec.quantification.as_mut().unwrap().embedding = EMBEDDING;
-    spec.chaos.as_mut().unwrap().embedding = EMBEDDING;
+    let spec = AnalysisSpec {
+        recurrence: analyses().recurrence,
+        ..laboratory()
+    };
     let records = run(spec, &silence, 256);
     assert_eq!(headings(&records), ["## Silent"]);
     for record in &records {
@@ -486,7 +485,7 @@ fn silence_gives_no_nan_and_says_so() {
                 distance,
                 ..
             } => {
-                assert_eq!((*rate, *threshold), (1.0, 0.0));
+                assert_eq!((*rate, *threshold), (1.0, Some(0.0)));
                 assert!(distance.iter().all(|&d| d == 0));
             }
             Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),

@@ -346,8 +346,8 @@ pub enum Record {
         distance: Vec<u8>,
         /// Row-major pixels: 255 recurrent, 0 not.
         recurrent: Vec<u8>,
-        /// Threshold distance used, m.
-        threshold: f64,
+        /// Threshold distance used, m; `None` if each state had its own.
+        threshold: Option<f64>,
         /// Recurrence rate reached, 0 to 1.
         rate: f64,
         /// Delay, s.

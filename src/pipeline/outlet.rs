@@ -43,10 +43,10 @@ impl Outlet {
 
     /// Sends what is still held; waits for it.
     pub fn flush(&mut self) -> Result<(), RecorderGone> {
-        self.held
-            .drain(..)
-            .try_for_each(|record| self.sender.send(record))
-            .map_err(|_| RecorderGone)
+        for record in self.held.drain(..) {
+            self.sender.send(record).map_err(|_| RecorderGone)?;
+        }
+        Ok(())
     }
 
     fn send_or_hold(&mut self, record: Record) -> Result<(), RecorderGone> {

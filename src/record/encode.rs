@@ -6,16 +6,22 @@ use rerun::RecordingStream;
 
 use super::{
     body::Body,
+    chaos::Chaos,
+    delay::Delay,
     error::RecordError,
     patch::Patch,
     paths,
     portrait::{self, Embedding, Portrait},
+    quantification::Quantification,
     recurrence::{Picture, Recurrence},
+    regime,
     samples::{self, Samples, Waveform},
+    section::Section,
     spectrum::{self, Spectrogram, SpectrumPlot},
     text,
 };
 use crate::{
+    analysis::Verdict,
     pipeline::message::{Frame, Header, Record, Subject},
     scene::RecordSpec,
 };
@@ -25,55 +31,57 @@ use crate::{
 pub struct Encoder {
     header: Arc<Header>,
     frames: Frames,
-    embedding: Embedding,
     spectrum: SpectrumPlot,
     spectrogram: Spectrogram,
     recurrence: Recurrence,
+    embedding: Embedding,
+    delay: Delay,
+    quantification: Quantification,
+    section: Section,
+    chaos: Chaos,
 }
 
 /// What frames of samples draw.
 #[derive(Debug)]
 enum Frames {
     /// Those of a joint.
-    Joint {
-        samples: Samples,
-        patch: Box<Patch>,
-        body: Box<Body>,
-        portrait: Portrait,
-    },
+    Joint(Box<JointFrames>),
     /// Those of a signal from a file.
     Signal(Waveform),
 }
 
+/// What frames of a joint draw.
+#[derive(Debug)]
+struct JointFrames {
+    samples: Samples,
+    patch: Patch,
+    body: Body,
+    portrait: Portrait,
+}
+
 impl Frames {
     fn new(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<Self, RecordError> {
-        match &header.subject {
-            Subject::Joint(joint) => {
-                samples::name_health(rec)?;
-                portrait::style_point(rec)?;
-                Ok(Self::Joint {
-                    samples: Samples::new(rec, joint)?,
-                    patch: Box::new(Patch::new(rec, joint)?),
-                    body: Box::new(Body::new(rec, joint, spec.body_rate, spec.exaggeration)?),
-                    portrait: Portrait::new(),
-                })
-            }
-            Subject::Signal(signal) => Ok(Self::Signal(Waveform::new(rec, signal)?)),
-        }
+        let joint = match &header.subject {
+            Subject::Joint(joint) => joint,
+            Subject::Signal(signal) => return Ok(Self::Signal(Waveform::new(rec, signal)?)),
+        };
+        samples::name_health(rec)?;
+        portrait::style_point(rec)?;
+        Ok(Self::Joint(Box::new(JointFrames {
+            samples: Samples::new(rec, joint)?,
+            patch: Patch::new(rec, joint)?,
+            body: Body::new(rec, joint, spec.body_rate, spec.exaggeration)?,
+            portrait: Portrait::new(),
+        })))
     }
 
     fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         match self {
-            Self::Joint {
-                samples,
-                patch,
-                body,
-                portrait,
-            } => {
-                samples.push(rec, frame)?;
-                patch.push(rec, frame)?;
-                body.push(rec, frame)?;
-                portrait.push(rec, frame)
+            Self::Joint(joint) => {
+                joint.samples.push(rec, frame)?;
+                joint.patch.push(rec, frame)?;
+                joint.body.push(rec, frame)?;
+                joint.portrait.push(rec, frame)
             }
             Self::Signal(waveform) => waveform.push(rec, frame),
         }
@@ -81,15 +89,10 @@ impl Frames {
 
     fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         match self {
-            Self::Joint {
-                samples,
-                patch,
-                body,
-                ..
-            } => {
-                samples.finish(rec)?;
-                patch.finish(rec)?;
-                body.finish(rec)
+            Self::Joint(joint) => {
+                joint.samples.finish(rec)?;
+                joint.patch.finish(rec)?;
+                joint.body.finish(rec)
             }
             Self::Signal(waveform) => waveform.finish(rec),
         }
@@ -105,14 +108,20 @@ impl Encoder {
     ) -> Result<Self, RecordError> {
         text::send_properties(rec, &header)?;
         text::log_about(rec, &header)?;
+        regime::name_kinds(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
         spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
+        let subject = &header.subject;
         Ok(Self {
             frames: Frames::new(rec, &header, spec)?,
-            embedding: Embedding::new(&header.subject),
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(rec, &header.subject)?,
+            recurrence: Recurrence::new(rec, subject)?,
+            embedding: Embedding::new(subject),
+            delay: Delay::default(),
+            quantification: Quantification::default(),
+            section: Section::new(rec, &header)?,
+            chaos: Chaos::new(rec, subject)?,
             header,
         })
     }
@@ -159,19 +168,53 @@ impl Encoder {
                 },
             ),
             Record::Embedding { time, points } => self.embedding.draw(rec, *time, points),
-            Record::Delay { .. }
-            | Record::Quantification { .. }
-            | Record::Section { .. }
-            | Record::Chaos { .. }
-            | Record::Regime { .. } => Ok(()),
+            Record::Delay {
+                time, dt, choice, ..
+            } => self.delay.draw(rec, *time, *dt, choice),
+            Record::Quantification {
+                time,
+                dt,
+                measures,
+                period,
+                ..
+            } => self.quantification.draw(rec, *time, *dt, measures, *period),
+            Record::Section { time, points } => self.section.push(rec, *time, points),
+            Record::Chaos {
+                time,
+                dt,
+                divergence,
+                zero_one,
+                ..
+            } => self.chaos.draw(rec, *time, *dt, divergence, zero_one),
+            Record::Regime {
+                time,
+                window,
+                verdict,
+            } => self.draw_regime(rec, *time, *window, verdict),
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
-                Frames::Joint { .. } => samples::log_health(rec, health),
+                Frames::Joint(_) => samples::log_health(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
             Record::Warning { time, text } => text::warn(rec, *time, text),
-            Record::Summary(summary) => text::summarise(rec, summary),
+            Record::Summary(summary) => text::summarise(rec, &self.header, summary),
+        }
+    }
+
+    /// The verdict; of a signal, which has no narrator, it is also what is being seen.
+    fn draw_regime(
+        &self,
+        rec: &RecordingStream,
+        time: f64,
+        window: f64,
+        verdict: &Verdict,
+    ) -> Result<(), RecordError> {
+        let header = &self.header;
+        regime::draw_verdict(rec, header, time, window, verdict)?;
+        match header.subject {
+            Subject::Joint(_) => Ok(()),
+            Subject::Signal(_) => text::narrate(rec, header, time, &regime::words(verdict)),
         }
     }
 

@@ -30,6 +30,8 @@
 
 mod blueprint;
 mod body;
+mod chaos;
+mod delay;
 mod encode;
 mod error;
 mod outlet;
@@ -38,9 +40,12 @@ mod patch;
 pub mod paths;
 mod plot;
 mod portrait;
+mod quantification;
 mod read;
 mod recurrence;
+mod regime;
 mod samples;
+mod section;
 mod sink;
 mod spectrum;
 mod stream;

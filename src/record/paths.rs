@@ -104,6 +104,99 @@ pub const RECURRENCE_AXES: &str = "recurrence/axes";
 /// Recurrence rate and threshold, in words.
 pub const RECURRENCE_CAPTION: &str = "recurrence/caption";
 
+/// Average mutual information.
+pub const DELAY_MUTUAL: &str = "delay/mutual_information";
+/// Its curve over the lag.
+pub const DELAY_MUTUAL_CURVE: &str = "delay/mutual_information/curve";
+/// The lag chosen.
+pub const DELAY_MUTUAL_CHOSEN: &str = "delay/mutual_information/chosen";
+/// Axes of the mutual information.
+pub const DELAY_MUTUAL_AXES: &str = "delay/mutual_information/axes";
+/// The lag chosen and why, in words.
+pub const DELAY_MUTUAL_CAPTION: &str = "delay/mutual_information/caption";
+/// False nearest neighbours.
+pub const DELAY_NEIGHBOURS: &str = "delay/false_neighbours";
+/// Share of false neighbours over the dimension.
+pub const DELAY_NEIGHBOURS_CURVE: &str = "delay/false_neighbours/curve";
+/// The same, one point a dimension.
+pub const DELAY_NEIGHBOURS_POINTS: &str = "delay/false_neighbours/points";
+/// The dimension chosen.
+pub const DELAY_NEIGHBOURS_CHOSEN: &str = "delay/false_neighbours/chosen";
+/// Axes of the false neighbours.
+pub const DELAY_NEIGHBOURS_AXES: &str = "delay/false_neighbours/axes";
+/// The dimension chosen, in words.
+pub const DELAY_NEIGHBOURS_CAPTION: &str = "delay/false_neighbours/caption";
+
+/// Poincare section.
+pub const SECTION: &str = "section";
+/// Passages through the section.
+pub const SECTION_POINTS: &str = "section/points";
+/// Axes of the section.
+pub const SECTION_AXES: &str = "section/axes";
+/// Return map of the section.
+pub const RETURN_MAP: &str = "return_map";
+/// A value at one passage against the next.
+pub const RETURN_MAP_POINTS: &str = "return_map/points";
+/// Where a passage repeats the one before.
+pub const RETURN_MAP_DIAGONAL: &str = "return_map/diagonal";
+/// Axes of the return map.
+pub const RETURN_MAP_AXES: &str = "return_map/axes";
+
+/// Recurrence rate RR, 0 to 1.
+pub const RECURRENCE_RATE: &str = "quantification/recurrence_rate";
+/// Determinism DET, 0 to 1.
+pub const DETERMINISM: &str = "quantification/determinism";
+/// Laminarity LAM, 0 to 1.
+pub const LAMINARITY: &str = "quantification/laminarity";
+/// Mean length L of diagonals.
+pub const MEAN_DIAGONAL: &str = "quantification/mean_diagonal";
+/// Length Lmax of the longest diagonal.
+pub const LONGEST_DIAGONAL: &str = "quantification/longest_diagonal";
+/// Mean length TT of verticals.
+pub const TRAPPING_TIME: &str = "quantification/trapping_time";
+/// Mean recurrence time of the first type.
+pub const RECURRENCE_TIME_1: &str = "quantification/recurrence_time_1";
+/// Mean recurrence time of the second type.
+pub const RECURRENCE_TIME_2: &str = "quantification/recurrence_time_2";
+/// The most frequent spacing of diagonals.
+pub const PERIOD: &str = "quantification/period";
+/// Entropy ENTR of the lengths of diagonals, nats.
+pub const ENTROPY: &str = "quantification/entropy";
+/// DIV, the inverse of Lmax.
+pub const DIVERGENCE_RATE: &str = "quantification/divergence";
+/// How fast recurrences thin out away from the main diagonal.
+pub const TREND: &str = "quantification/trend";
+
+/// How neighbours part.
+pub const DIVERGENCE: &str = "chaos/divergence";
+/// Mean logarithm of the distance of neighbours.
+pub const DIVERGENCE_CURVE: &str = "chaos/divergence/curve";
+/// Its straight part.
+pub const DIVERGENCE_LINE: &str = "chaos/divergence/line";
+/// Axes of the divergence.
+pub const DIVERGENCE_AXES: &str = "chaos/divergence/axes";
+/// The exponent, in words.
+pub const DIVERGENCE_CAPTION: &str = "chaos/divergence/caption";
+/// The largest exponent and the ends of its error, 1/s.
+pub const EXPONENT: &str = "chaos/exponent";
+/// Result K of the 0-1 test.
+pub const ZERO_ONE: &str = "chaos/zero_one";
+/// Picture of the 0-1 test.
+pub const ZERO_ONE_PICTURE: &str = "chaos/translation";
+/// Path of the translation variables of the 0-1 test.
+pub const ZERO_ONE_PATH: &str = "chaos/translation/path";
+/// Axes of the path.
+pub const ZERO_ONE_AXES: &str = "chaos/translation/axes";
+/// K, in words.
+pub const ZERO_ONE_CAPTION: &str = "chaos/translation/caption";
+
+/// The kind of motion.
+pub const REGIME_KIND: &str = "regime/kind";
+/// How sure that is, 0 to 1.
+pub const REGIME_CONFIDENCE: &str = "regime/confidence";
+/// Kind and evidence, in words.
+pub const REGIME_VERDICT: &str = "regime/verdict";
+
 /// Simulated seconds a second.
 pub const HEALTH_SPEED: &str = "health/real_time_factor";
 /// Steps, rejections, calls and contact transitions, per simulated ms.

@@ -1,7 +1,7 @@
 //! Axes for pictures. A 2-D view of the viewer has none of its own, so the frame, the ticks and
 //! their labels are logged as lines and points. Scene units are picture pixels; y points down.
 
-use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
+use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::{
     error::RecordError,
@@ -184,6 +184,103 @@ impl Plot {
             .with_colors(vec![style::AXIS; count])
             .with_radii([Radius::new_ui_points(0.0)])
             .with_show_labels(true)
+    }
+}
+
+impl Plot {
+    /// Draws a curve of the given colour and width (half of it, in points of the screen).
+    pub fn draw_curve(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        time: f64,
+        points: impl Iterator<Item = [f64; 2]>,
+        (color, radius): (Color, f32),
+    ) -> Result<(), RecordError> {
+        let curve = points.map(|[x, y]| self.at(x, y)).collect::<Vec<_>>();
+        let curve = LineStrips2D::new([curve])
+            .with_colors([color])
+            .with_radii([Radius::new_ui_points(radius)]);
+        stream::log_at(rec, path, time, &curve)
+    }
+
+    /// Draws points of the given colour and radius (points of the screen).
+    pub fn draw_points(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        time: f64,
+        points: impl Iterator<Item = [f64; 2]>,
+        (color, radius): (Color, f32),
+    ) -> Result<(), RecordError> {
+        let points = Points2D::new(points.map(|[x, y]| self.at(x, y)))
+            .with_colors([color])
+            .with_radii([Radius::new_ui_points(radius)]);
+        stream::log_at(rec, path, time, &points)
+    }
+
+    /// Marks what was chosen: an upright line through the field at a point of a curve.
+    pub fn draw_stem(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        time: f64,
+        [x, y]: [f64; 2],
+    ) -> Result<(), RecordError> {
+        let [at, height] = self.at(x, y);
+        let gap = 6.0;
+        // Two pieces that leave the point itself free.
+        let strips = [
+            [[at, 0.0], [at, (height - gap).max(0.0)]],
+            [[at, (height + gap).min(self.height)], [at, self.height]],
+        ];
+        let stem = LineStrips2D::new(strips)
+            .with_colors([style::ACCENT])
+            .with_radii([Radius::new_ui_points(1.0)])
+            .with_draw_order(1.0);
+        stream::log_at(rec, path, time, &stem)
+    }
+
+    /// Writes words above the field, below the name of the upright axis: a plot that has both
+    /// needs a head of [`CAPTION_HEIGHT`].
+    pub fn draw_caption(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        time: f64,
+        words: &str,
+    ) -> Result<(), RecordError> {
+        let caption = Points2D::new([[0.5 * self.width, -36.0]])
+            .with_labels([words])
+            .with_show_labels(true)
+            .with_colors([style::AXIS])
+            .with_radii([Radius::new_ui_points(0.0)]);
+        stream::log_at(rec, path, time, &caption)
+    }
+}
+
+/// Height of a line of words above the field, pixels.
+pub const CAPTION_HEIGHT: f32 = 26.0;
+
+/// Axes that are logged only when they change.
+#[derive(Debug, Default)]
+pub struct Axes(Option<Plot>);
+
+impl Axes {
+    /// Logs the axes of `plot` below `path` from `time` (s) on, unless they stand there already.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        path: &str,
+        time: f64,
+        plot: &Plot,
+    ) -> Result<(), RecordError> {
+        if self.0.as_ref() == Some(plot) {
+            return Ok(());
+        }
+        plot.draw(rec, path, Some(time))?;
+        self.0 = Some(plot.clone());
+        Ok(())
     }
 }
 

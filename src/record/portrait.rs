@@ -147,7 +147,7 @@ fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(),
 }
 
 /// Colour of piece `k` (1 oldest) of `count`.
-fn fade(k: usize, count: usize) -> Color {
+pub fn fade(k: usize, count: usize) -> Color {
     let age = k as f32 / count as f32;
     style::faded(style::SIGNAL, 0.18 + 0.82 * age.powi(2))
 }
@@ -164,6 +164,7 @@ pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
 /// The delay embedding, Eq. (25), in a cube of side 2.
 #[derive(Debug)]
 pub struct Embedding {
+    letter: &'static str,
     quantity: Quantity,
     /// The value drawn in the middle of the cube.
     middle: f64,
@@ -178,12 +179,10 @@ impl Embedding {
     pub fn new(subject: &Subject) -> Self {
         let (middle, smallest) = match subject {
             Subject::Joint(_) => (0.0, SMALLEST[0]),
-            Subject::Signal(signal) => {
-                let [low, high] = signal.span;
-                (0.5 * (low + high), style::smallest_shown(signal.span))
-            }
+            Subject::Signal(signal) => style::range_shown(signal.span),
         };
         Self {
+            letter: style::letter(subject),
             quantity: Quantity::displacement(subject),
             middle,
             smallest,
@@ -205,7 +204,7 @@ impl Embedding {
         let changed = self.scale.update(f64::from(largest), self.smallest);
         if changed || !self.drawn {
             self.drawn = true;
-            draw_cube(rec, time, &self.range())?;
+            draw_cube(rec, time, &self.names())?;
         }
         let unit = self.scale.get().recip() as f32;
         let length = points.len().div_ceil(PIECES).max(1);
@@ -225,19 +224,18 @@ impl Embedding {
         stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
     }
 
-    /// What an edge of the cube spans, such as `±0.8 µm`.
-    fn range(&self) -> String {
-        let range = format!("±{}", self.quantity.words(self.scale.get()));
-        if self.middle == 0.0 {
-            range
-        } else {
-            format!("{} {range}", short(self.middle))
+    /// What the axes are and what they span, such as `u(t), ±0.8 µm`.
+    fn names(&self) -> [String; 3] {
+        let mut range = format!("±{}", self.quantity.words(self.scale.get()));
+        if self.middle != 0.0 {
+            range = format!("{} {range}", short(self.middle));
         }
+        ["t", "t - τ", "t - 2τ"].map(|when| format!("{}({when}), {range}", self.letter))
     }
 }
 
 /// Edges of the cube, and at their ends what the axes are.
-fn draw_cube(rec: &RecordingStream, time: f64, range: &str) -> Result<(), RecordError> {
+fn draw_cube(rec: &RecordingStream, time: f64, names: &[String; 3]) -> Result<(), RecordError> {
     let mut edges = Vec::new();
     for axis in 0..3 {
         for (a, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -254,10 +252,8 @@ fn draw_cube(rec: &RecordingStream, time: f64, range: &str) -> Result<(), Record
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
     stream::log_at(rec, paths::axis_lines(paths::EMBEDDING_AXES), time, &edges)?;
-    let words = ["u(t)", "u(t - τ)", "u(t - 2τ)"];
-    let words = words.map(|name| format!("{name}, {range}"));
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
-        .with_labels(words)
+        .with_labels(names.iter().map(String::as_str))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);

@@ -6,8 +6,8 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, Points2D, Radius, RecordingStream, SegmentationImage, Transform3D,
-    components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, RecordingStream, SegmentationImage, Transform3D, components::ImageFormat,
+    datatypes::ChannelDatatype,
 };
 
 use super::{
@@ -15,7 +15,7 @@ use super::{
     paths,
     plot::{Axis, Bounds, Plot},
     stream,
-    style::{self, ColorMap, Quantity, short},
+    style::{ColorMap, Quantity},
 };
 use crate::pipeline::message::Subject;
 
@@ -43,8 +43,8 @@ pub struct Picture<'a> {
     pub distance: &'a [u8],
     /// 255 where recurrent, else 0.
     pub recurrent: &'a [u8],
-    /// Threshold, m.
-    pub threshold: f64,
+    /// Threshold, m; `None` if each state had its own.
+    pub threshold: Option<f64>,
     /// Recurrence rate, 0 to 1.
     pub rate: f64,
     /// Delay, s.
@@ -115,18 +115,22 @@ impl Recurrence {
             .with_draw_order(-2.0);
         stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &image)?;
 
+        let epsilon = match picture.threshold {
+            Some(threshold) => format!("ε = {}", self.quantity.words(threshold)),
+            None => "ε of each state its own".to_owned(),
+        };
         let words = format!(
-            "{:.0} % recurrent, ε = {}, m = {}, τ = {} µs",
+            "{:.0} % recurrent, {epsilon}, m = {}, τ = {}",
             1e2 * picture.rate,
-            self.quantity.words(picture.threshold),
             picture.dimension,
-            short(1e6 * picture.lag),
+            Quantity::Time.words(picture.lag),
         );
-        let caption = Points2D::new([[0.5 * SIDE, -36.0]])
-            .with_labels([words])
-            .with_colors([style::AXIS])
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, paths::RECURRENCE_CAPTION, picture.time, &caption)
+        Self::plot(picture.window).draw_caption(
+            rec,
+            paths::RECURRENCE_CAPTION,
+            picture.time,
+            &words,
+        )
     }
 }
 
@@ -161,7 +165,7 @@ mod tests {
             size: 2,
             distance: &[0, 255, 255, 0],
             recurrent: &[0, 0, 0, 255],
-            threshold: 1e-7,
+            threshold: Some(1e-7),
             rate: 0.25,
             lag: 1e-5,
             dimension: 3,

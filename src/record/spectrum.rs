@@ -54,7 +54,8 @@ fn full_scale(signal: &SignalInfo) -> f64 {
 pub struct SpectrumPlot {
     /// Frame and axes.
     pub plot: Plot,
-    frequency: Unit,
+    /// Unit of the frequencies.
+    pub frequency: Unit,
     amplitude: Unit,
 }
 

@@ -3,7 +3,10 @@
 
 use rerun::Color;
 
-use crate::pipeline::message::{NodeState, SignalInfo, Subject};
+use crate::{
+    analysis::Regime,
+    pipeline::message::{Header, NodeState, SignalInfo, Subject},
+};
 
 /// Behind three-dimensional pictures.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
@@ -49,6 +52,19 @@ pub const fn node(state: NodeState) -> Color {
         NodeState::Stick => rgb(0xff, 0x9f, 0x1c),
         NodeState::Slip => SIGNAL,
         NodeState::Separated => rgb(0xe6, 0xe6, 0xe6),
+    }
+}
+
+/// The colour of a kind of motion.
+pub const fn regime(regime: Regime) -> Color {
+    match regime {
+        Regime::Silent => rgb(0x5a, 0x66, 0x78),
+        Regime::Transient => SECOND,
+        Regime::Periodic => SIGNAL,
+        Regime::QuasiPeriodic => ROTATION,
+        Regime::Chaotic => ACCENT,
+        Regime::Noise => FRICTION,
+        Regime::Unsure => rgb(0x9a, 0xa4, 0xb2),
     }
 }
 
@@ -174,6 +190,10 @@ pub enum Quantity {
     Length,
     /// A speed, m/s: mm/s down to nm/s.
     Speed,
+    /// A modal coordinate, sqrt(kg) m: √kg µm down to √kg pm.
+    Modal,
+    /// A modal velocity, sqrt(kg) m/s: √kg mm/s down to √kg nm/s.
+    ModalSpeed,
     /// A frequency, Hz: kHz down to µHz.
     Frequency,
     /// A duration, s: s down to µs.
@@ -204,6 +224,11 @@ impl Quantity {
         let (units, least): (&[(&str, f64)], f64) = match self {
             Self::Length => (&[("µm", 1e6), ("nm", 1e9), ("pm", 1e12)], 0.1),
             Self::Speed => (&[("mm/s", 1e3), ("µm/s", 1e6), ("nm/s", 1e9)], 0.1),
+            Self::Modal => (&[("√kg µm", 1e6), ("√kg nm", 1e9), ("√kg pm", 1e12)], 0.1),
+            Self::ModalSpeed => (
+                &[("√kg mm/s", 1e3), ("√kg µm/s", 1e6), ("√kg nm/s", 1e9)],
+                0.1,
+            ),
             Self::Frequency => (
                 &[("kHz", 1e-3), ("Hz", 1.0), ("mHz", 1e3), ("µHz", 1e6)],
                 0.1,
@@ -232,12 +257,33 @@ impl Quantity {
     }
 }
 
+/// The middle of a signal that spans so much, and the smallest range worth showing to either side.
+pub fn range_shown(span: [f64; 2]) -> (f64, f64) {
+    (0.5 * (span[0] + span[1]), smallest_shown(span))
+}
+
+/// A time of the run in words: in the unit of its length, to a thousandth or so of it.
+pub fn moment(header: &Header, time: f64) -> String {
+    let unit = Quantity::Time.unit(header.duration);
+    let length = unit.per_si * header.duration;
+    let decimals = (2.0 - length.log10().floor()).clamp(0.0, 3.0) as usize;
+    format!("{:.decimals$} {}", unit.per_si * time, unit.symbol)
+}
+
 /// The smallest full scale worth showing of a signal that spans so much: a ten-thousandth of
 /// half the span, and something positive for a constant.
 pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
     let size = low.abs().max(high.abs());
     let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
     (1e-4 * 0.5 * (high - low)).max(least)
+}
+
+/// The letter of the samples on axes: u for a displacement, x for a signal from a file.
+pub fn letter(subject: &Subject) -> &'static str {
+    match subject {
+        Subject::Joint(_) => "u",
+        Subject::Signal(_) => "x",
+    }
 }
 
 /// What a signal from a file is called: its column, else where it was read from.

@@ -1,7 +1,7 @@
 //! What a recording contains, read back from the file.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::File,
     io::BufReader,
     path::{Path, PathBuf},
@@ -10,14 +10,15 @@ use std::{
 };
 
 use rerun::{
+    RecordingStreamBuilder,
     external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg},
 };
 
-use super::{Output, RecordError, RerunSink, demo, paths};
+use super::{APPLICATION, Output, RecordError, RerunSink, blueprint, demo, encode::Encoder, paths};
 use crate::pipeline::{
     Delivery, Sink,
-    message::{Health, Record},
+    message::{AnalysisKind, Header, Health, Record},
 };
 
 /// What an entity holds.
@@ -82,6 +83,111 @@ fn record(path: &Path, duration: f64) {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
+}
+
+/// What is drawn at every look of the laboratory.
+const LABORATORY: &[&str] = &[
+    paths::DELAY_MUTUAL_CURVE,
+    paths::DELAY_MUTUAL_CHOSEN,
+    paths::DELAY_MUTUAL_CAPTION,
+    paths::DELAY_NEIGHBOURS_CURVE,
+    paths::DELAY_NEIGHBOURS_POINTS,
+    paths::DELAY_NEIGHBOURS_CHOSEN,
+    paths::DELAY_NEIGHBOURS_CAPTION,
+    paths::SECTION_POINTS,
+    paths::RETURN_MAP_POINTS,
+    paths::RECURRENCE_RATE,
+    paths::DETERMINISM,
+    paths::LAMINARITY,
+    paths::MEAN_DIAGONAL,
+    paths::LONGEST_DIAGONAL,
+    paths::TRAPPING_TIME,
+    paths::RECURRENCE_TIME_1,
+    paths::RECURRENCE_TIME_2,
+    paths::PERIOD,
+    paths::ENTROPY,
+    paths::DIVERGENCE_RATE,
+    paths::TREND,
+    paths::DIVERGENCE_CURVE,
+    paths::DIVERGENCE_LINE,
+    paths::DIVERGENCE_CAPTION,
+    paths::EXPONENT,
+    paths::ZERO_ONE,
+    paths::ZERO_ONE_PATH,
+    paths::ZERO_ONE_CAPTION,
+    paths::REGIME_KIND,
+    paths::REGIME_CONFIDENCE,
+    paths::REGIME_VERDICT,
+];
+
+#[test]
+fn a_signal_is_drawn_without_a_joint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("signal.rrd");
+    let duration = 0.05;
+    let mut sink = RerunSink::new(&to_file(&path), demo::spec()).unwrap();
+    for record in demo::signal_records(duration) {
+        sink.accept(record).unwrap();
+    }
+    sink.finish().unwrap();
+    let (entities, blueprint) = read(&path);
+    assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
+    assert_eq!(entities[paths::WAVEFORM].rows, demo::samples(duration));
+    let pictures = [
+        paths::SPECTRUM_CURVE,
+        paths::RECURRENCE_IMAGE,
+        paths::EMBEDDING_TRAIL,
+        paths::NARRATION,
+        paths::ABOUT,
+        paths::LOG,
+    ];
+    for path in pictures.iter().chain(LABORATORY) {
+        assert!(entities[*path].rows > 0 || *path == paths::ABOUT, "{path}");
+    }
+    for name in entities.keys() {
+        let room = name.split('/').next().unwrap_or_default();
+        let of_a_joint = [
+            "joint", "modes", "energy", "contact", "probe", "health", "portrait",
+        ];
+        assert!(!of_a_joint.contains(&room), "{name}");
+    }
+}
+
+#[test]
+fn only_views_of_the_analyses_that_run_exist() {
+    let count = |analyses: Vec<AnalysisKind>| {
+        let (rec, storage) = RecordingStreamBuilder::new("test").memory().unwrap();
+        let header = Header {
+            analyses,
+            ..demo::header(0.1)
+        };
+        blueprint::send(&rec, &header, demo::spec()).unwrap();
+        let views: BTreeSet<String> = storage
+            .take()
+            .iter()
+            .filter_map(|message| match message {
+                LogMsg::ArrowMsg(_, message) => Some(Chunk::from_arrow_msg(message).unwrap()),
+                _ => None,
+            })
+            .map(|chunk| chunk.entity_path().to_string())
+            .filter(|path| path.starts_with("/view/"))
+            .filter_map(|path| path.split('/').nth(2).map(str::to_owned))
+            .collect();
+        views.len()
+    };
+    let none = count(Vec::new());
+    for (kind, views) in [
+        (AnalysisKind::Spectrum, 1),
+        (AnalysisKind::Spectrogram, 1),
+        (AnalysisKind::Recurrence, 2),
+        (AnalysisKind::Delay, 2),
+        (AnalysisKind::Quantification, 5),
+        (AnalysisKind::Section, 2),
+        (AnalysisKind::Chaos, 4),
+        (AnalysisKind::Regime, 3),
+    ] {
+        assert_eq!(count(vec![kind]), none + views, "{kind:?}");
+    }
 }
 
 #[test]
@@ -149,10 +255,21 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::HEALTH_WORK,
         paths::HEALTH_QUEUES,
         paths::HEALTH_AUDIT,
+        paths::RETURN_MAP_DIAGONAL,
     ] {
         assert!(entities.contains_key(path), "{path} is missing");
     }
+    let looks = (1e3 * duration / 5.0).round() as usize;
+    for path in LABORATORY {
+        assert!(entities[*path].rows.abs_diff(looks) <= 1, "{path}");
+    }
     for axes in [
+        paths::DELAY_MUTUAL_AXES,
+        paths::DELAY_NEIGHBOURS_AXES,
+        paths::SECTION_AXES,
+        paths::RETURN_MAP_AXES,
+        paths::DIVERGENCE_AXES,
+        paths::ZERO_ONE_AXES,
         paths::PORTRAIT_AXES,
         paths::EMBEDDING_AXES,
         paths::SPECTRUM_AXES,
@@ -325,11 +442,35 @@ fn hundred_milliseconds_stay_small() {
     assert!(size < 30_000_000, "{size} bytes");
 }
 
-/// Writes a longer made-up run for looking at: `SQUEAKSCOPE_DEMO=demo.rrd cargo test demo_file`.
+/// Writes longer made-up runs for looking at, one file a tab of the screen, into a folder:
+/// `SQUEAKSCOPE_DEMO=folder cargo test demo_files`.
 #[test]
-fn demo_file() {
-    if let Some(path) = std::env::var_os("SQUEAKSCOPE_DEMO") {
-        record(Path::new(&path), 0.3);
+fn demo_files() {
+    let Some(folder) = std::env::var_os("SQUEAKSCOPE_DEMO").map(PathBuf::from) else {
+        return;
+    };
+    for (name, tabs, records) in [
+        ("joint", 8, demo::records(0.3)),
+        ("signal", 5, demo::signal_records(0.3)),
+    ] {
+        for tab in 0..tabs {
+            let rec = RecordingStreamBuilder::new(APPLICATION)
+                .save(folder.join(format!("{name}_{tab}.rrd")))
+                .unwrap();
+            rec.set_log_tick_enabled(false);
+            rec.set_log_time_enabled(false);
+            let mut encoder = None;
+            for record in &records {
+                if let Record::Header(header) = record {
+                    blueprint::send_turned(&rec, header, demo::spec(), tab).unwrap();
+                    let made = Encoder::new(&rec, Arc::clone(header), demo::spec());
+                    encoder = Some(made.unwrap());
+                }
+                encoder.as_mut().unwrap().accept(&rec, record).unwrap();
+            }
+            encoder.unwrap().finish(&rec).unwrap();
+            rec.flush_blocking().unwrap();
+        }
     }
 }
 

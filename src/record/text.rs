@@ -8,20 +8,84 @@ use super::{
     paths, stream,
     style::{self, Quantity},
 };
-use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
+use crate::pipeline::message::{AnalysisKind, Header, JointInfo, SignalInfo, Subject, Summary};
 
-/// How to read the screen.
-const READING: &str = "\
-| view | what it shows |
-|---|---|
-| **Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most |
-| **Contact patch** | where the ball bears on the socket, seen along the load: *blue* nodes slide, *orange* ones stick (they only creep), *white* ones have lifted off; a node grows with its pressure; pink arrows are the friction on the ball; the yellow ring is the edge; the white dot is the beam's axis, with circles of equal tilt round it |
-| **Phase portrait** | velocity against displacement of the contact's centre along the sliding, the last 20 ms: a closed loop is a pure tone, a woven band a torus, a tangle chaos |
-| **Recurrence plot** | bright where the motion comes back: unbroken diagonals mean a tone, broken ones chaos |
-| **Spectrum, spectrogram** | how strong each frequency is, now and over the whole run; the spectrogram begins and ends half a window inside |
+/// How to read the views that the run has.
+fn reading(header: &Header) -> String {
+    let joint = header.joint().is_some();
+    let has = |kind| header.has(kind);
+    let rows = [
+        (
+            joint,
+            "**Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most",
+        ),
+        (
+            joint,
+            "**Contact patch** | where the ball bears on the socket, seen along the load: *blue* nodes slide, *orange* ones stick (they only creep), *white* ones have lifted off; a node grows with its pressure; pink arrows are the friction on the ball; the yellow ring is the edge; the white dot is the beam's axis, with circles of equal tilt round it",
+        ),
+        (
+            joint,
+            "**Phase portrait** | velocity against displacement of the contact's centre along the sliding, the last 20 ms: a closed loop is a pure tone, a woven band a torus, a tangle chaos",
+        ),
+        (
+            has(AnalysisKind::Recurrence),
+            "**Recurrence plot** | bright where the motion comes back: unbroken diagonals mean a tone, broken ones chaos",
+        ),
+        (
+            has(AnalysisKind::Spectrum) || has(AnalysisKind::Spectrogram),
+            "**Spectrum, spectrogram** | how strong each frequency is, now and over the whole run; the spectrogram begins and ends half a window inside",
+        ),
+        (
+            has(AnalysisKind::Recurrence),
+            "**Delay embedding** | the motion rebuilt from one signal and its own past: what shape is it drawn to?",
+        ),
+        (
+            has(AnalysisKind::Delay),
+            "**Mutual information** | what the signal now tells of the signal a lag later; the first minimum is the delay τ",
+        ),
+        (
+            has(AnalysisKind::Delay),
+            "**False neighbours** | states that look alike only because too few coordinates are seen; where none is left is the dimension m",
+        ),
+        (
+            has(AnalysisKind::Section),
+            "**Poincaré section** | where the motion passes through a plane, bright now: a few points are a tone, a closed curve a torus, a cloud chaos",
+        ),
+        (
+            has(AnalysisKind::Section),
+            "**Return map** | one passage against the next: on the diagonal the motion repeats",
+        ),
+        (
+            has(AnalysisKind::Quantification),
+            "**Recurrence measures** | RR how much comes back; DET how much of it along diagonals, LAM along verticals; L and Lmax how long it then stays together; TT, T1, T2 how soon it leaves and comes back; ENTR how varied the diagonals are; TREND whether it drifts",
+        ),
+        (
+            has(AnalysisKind::Chaos),
+            "**How neighbours part** | mean log distance of states that were alike; its straight part (orange) has the largest exponent λ as slope: above zero is chaos",
+        ),
+        (
+            has(AnalysisKind::Chaos),
+            "**0-1 test** | a path that stays bounded (K near 0) is regular, one that wanders like chance (K near 1) chaotic",
+        ),
+        (
+            has(AnalysisKind::Regime),
+            "**Kind of motion** | the verdict over time, how sure it is, and the evidence behind it",
+        ),
+    ];
+    let rows = rows.iter().filter(|(there, _)| *there);
+    let rows: String = rows.map(|(_, row)| format!("| {row} |\n")).collect();
+    format!("| view | what it shows |\n|---|---|\n{rows}")
+}
 
-Drag the cursor at the bottom, or press play: it runs a hundred times slower than life.
-";
+/// How to move in time.
+fn moving(header: &Header) -> &'static str {
+    match header.subject {
+        Subject::Joint(_) => {
+            "Drag the cursor at the bottom, or press play: it runs a hundred times slower than life."
+        }
+        Subject::Signal(_) => "Drag the cursor at the bottom, or press play.",
+    }
+}
 
 /// Properties of the recording: versions, scene, command.
 pub fn send_properties(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
@@ -45,12 +109,12 @@ pub fn send_properties(rec: &RecordingStream, header: &Header) -> Result<(), Rec
 /// What is known before the first frame.
 pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
     let about = format!(
-        "# {title}\n\n{about}\n\n## Reading the screen\n\n{READING}\n{subject}\
-         squeakscope {version}, Rerun {RERUN_VERSION}. Started as `{command}`.\n\n\
-         Model: J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, \
-         Lubricants 2022, 10, 201.\n",
+        "# {title}\n\n{about}\n\n## Reading the screen\n\n{reading}\n{moving}\n\n{subject}\
+         squeakscope {version}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
         title = header.title,
         about = header.about,
+        reading = reading(header),
+        moving = moving(header),
         subject = match &header.subject {
             Subject::Joint(joint) => joint_about(header, joint),
             Subject::Signal(signal) => signal_about(header, signal),
@@ -77,7 +141,9 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
         .collect();
     format!(
         "## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
-         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n",
+         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n\
+         Model: J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, \
+         Lubricants 2022, 10, 201.\n\n",
         scene = header.scene,
         text = header.scene_text.trim_end(),
     )
@@ -87,13 +153,12 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
 fn signal_about(header: &Header, signal: &SignalInfo) -> String {
     let quantity = Quantity::displacement(&header.subject);
     let [low, high] = signal.span.map(|value| quantity.words(value));
-    let time = |value| Quantity::Time.words(value);
     let rows = [
         ("source", signal.source.clone()),
         ("column", signal.column.clone()),
         ("samples a second", style::short(header.sample_rate)),
-        ("first sample at", time(header.start())),
-        ("length", time(header.duration)),
+        ("first sample at", style::moment(header, header.start())),
+        ("length", Quantity::Time.words(header.duration)),
         ("smallest sample", low),
         ("largest sample", high),
     ];
@@ -128,10 +193,10 @@ pub fn narrate(
         ),
     };
     let text = format!(
-        "**{title}**\n\n{words}\n\n*Seen at {ms:.0} ms.*\n\n---\n\n{about}\n\n\
+        "**{title}**\n\n{words}\n\n*Seen at {now}.*\n\n---\n\n{about}\n\n\
          *{facts} How to read the views: tab “About”.*\n\n`squeakscope {version}`",
         title = header.title,
-        ms = 1e3 * time,
+        now = style::moment(header, time),
         about = header.about,
         version = crate::VERSION,
     );
@@ -150,37 +215,53 @@ pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordE
 }
 
 /// The last line of the log.
-pub fn summarise(rec: &RecordingStream, summary: &Summary) -> Result<(), RecordError> {
+pub fn summarise(
+    rec: &RecordingStream,
+    header: &Header,
+    summary: &Summary,
+) -> Result<(), RecordError> {
     let lines: Vec<String> = summary
         .peaks
         .iter()
         .take(4)
-        .map(|peak| format!("{:.2} kHz", 1e-3 * peak.frequency))
+        .map(|peak| {
+            let unit = Quantity::Frequency.unit(peak.frequency);
+            format!("{:.2} {}", unit.per_si * peak.frequency, unit.symbol)
+        })
         .collect();
-    let words = format!(
-        "{end} at {ms:.1} ms: {lines}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; \
-         {factor:.2} of real time; {steps} steps, {rejections} rejected, {calls} right-hand \
-         sides, {transitions} contact transitions; energy audit {audit:.1e}",
-        end = if summary.interrupted {
-            "Interrupted"
-        } else {
-            "Finished"
-        },
-        ms = 1e3 * summary.simulated,
-        lines = if lines.is_empty() {
-            "no line".to_owned()
-        } else {
-            lines.join(", ")
-        },
-        amplitude = 1e6 * summary.amplitude,
-        peak = 1e3 * summary.peak_velocity,
-        factor = summary.real_time_factor,
-        steps = summary.tally.steps,
-        rejections = summary.tally.rejections,
-        calls = summary.tally.calls,
-        transitions = summary.transitions,
-        audit = summary.audit,
+    let end = if summary.interrupted {
+        "Interrupted"
+    } else {
+        "Finished"
+    };
+    let lines = if lines.is_empty() {
+        "no line".to_owned()
+    } else {
+        lines.join(", ")
+    };
+    let end = format!(
+        "{end} after {}: {lines}",
+        style::moment(header, summary.simulated)
     );
+    let words = match header.subject {
+        Subject::Joint(_) => format!(
+            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \
+             time; {steps} steps, {rejections} rejected, {calls} right-hand sides, {transitions} \
+             contact transitions; energy audit {audit:.1e}",
+            amplitude = 1e6 * summary.amplitude,
+            peak = 1e3 * summary.peak_velocity,
+            factor = summary.real_time_factor,
+            steps = summary.tally.steps,
+            rejections = summary.tally.rejections,
+            calls = summary.tally.calls,
+            transitions = summary.transitions,
+            audit = summary.audit,
+        ),
+        Subject::Signal(_) => {
+            let quantity = Quantity::displacement(&header.subject);
+            format!("{end}; amplitude {}", quantity.words(summary.amplitude))
+        }
+    };
     let line = TextLog::new(words).with_level(TextLogLevel::INFO);
-    stream::log_at(rec, paths::LOG, summary.simulated, &line)
+    stream::log_at(rec, paths::LOG, header.start() + summary.simulated, &line)
 }

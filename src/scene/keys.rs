@@ -334,8 +334,8 @@ keys! {
     QUANTIFICATION_WINDOW: Number = "analysis.quantification.window_ms", Default("20"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between measures.
     QUANTIFICATION_EVERY: Number = "analysis.quantification.every_ms", Default("5"), number(Millisecond, Range::Closed(0.01, 10_000.0));
-    /// Spacing of the states; the delay is rounded to whole steps.
-    STEP: Number = "analysis.quantification.step_us", Default("20"), number(Microsecond, Range::Closed(0.5, 1e6));
+    /// Spacing of the states, at least one sample; the delay is rounded to whole steps.
+    STEP: Number = "analysis.quantification.step_us", Default("10"), number(Microsecond, Range::Closed(0.5, 1e6));
     /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
     QUANTIFICATION_LAG: AutoOr<Number> = "analysis.quantification.lag_us", Default("60"), AutoOr(LAG);
     /// Embedding dimension m of Eq. (25).
@@ -353,7 +353,7 @@ keys! {
     /// Theiler window: states nearer in time are not compared; at least one step, so that no state is compared with itself.
     QUANTIFICATION_THEILER: Number = "analysis.quantification.theiler_us", Default("60"), number(Microsecond, Range::Closed(0.0, 1e6));
     /// Shortest diagonal line, in states; about a period tells repetition from mere smoothness.
-    LEAST_DIAGONAL: Count = "analysis.quantification.least_diagonal", Default("12"), Count { min: 2, max: 10_000 };
+    LEAST_DIAGONAL: Count = "analysis.quantification.least_diagonal", Default("24"), Count { min: 2, max: 10_000 };
     /// Shortest vertical line, in states.
     LEAST_VERTICAL: Count = "analysis.quantification.least_vertical", Default("2"), Count { min: 2, max: 10_000 };
 
@@ -376,7 +376,7 @@ keys! {
     SHOWN: Coordinates = "analysis.section.shown", Else("required with a plane"), Coordinates;
 
     /// Length of the sliding window.
-    CHAOS_WINDOW: Number = "analysis.chaos.window_ms", Default("40"), number(Millisecond, Range::Closed(0.1, 10_000.0));
+    CHAOS_WINDOW: Number = "analysis.chaos.window_ms", Default("90"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between results.
     CHAOS_EVERY: Number = "analysis.chaos.every_ms", Default("20"), number(Millisecond, Range::Closed(0.01, 10_000.0));
     /// Delay tau of Eq. (25); a quarter of the leading period unfolds the orbit best.
@@ -386,7 +386,7 @@ keys! {
     /// Theiler window: states nearer in time are no neighbours; the leading period or more.
     CHAOS_THEILER: Number = "analysis.chaos.theiler_us", Default("500"), number(Microsecond, Range::Closed(0.0, 1e6));
     /// How long neighbours are followed.
-    HORIZON: Number = "analysis.chaos.horizon_ms", Default("5"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    HORIZON: Number = "analysis.chaos.horizon_ms", Default("30"), number(Millisecond, Range::Closed(0.01, 10_000.0));
     /// Whose distance is followed: the nearest neighbour's of each state, or that of all within a radius.
     DIVERGENCE: Choice<Divergence> = "analysis.chaos.method", Default("\"rosenstein\""),
         Choice { options: &[("rosenstein", Divergence::Rosenstein), ("kantz", Divergence::Kantz)] };
@@ -397,6 +397,8 @@ keys! {
     REGIME_WINDOW: Number = "analysis.regime.window_ms", Default("40"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between verdicts.
     REGIME_EVERY: Number = "analysis.regime.every_ms", Default("10"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+    /// Spacing of the samples that are looked at, at least one sample; the newest 8192 of them count.
+    REGIME_STEP: Number = "analysis.regime.step_us", Default("5"), number(Microsecond, Range::Closed(0.5, 1e6));
     /// Amplitude of the displacement below which the joint is silent.
     SILENCE: Number = "analysis.regime.silence_um", Default("0.0003"), number(Micrometre, Range::Closed(0.0, 1e6));
 

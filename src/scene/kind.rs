@@ -537,7 +537,7 @@ mod tests {
     #[test]
     fn coordinates_are_two_modes_counted_from_one() {
         use StateCoordinate::{Q, Qdot};
-        let pair = |text| read(&Coordinates, text);
+        let pair = |text: &str| read(&Coordinates, text);
         assert_eq!(pair("[\"q1\", \"qdot12\"]"), Ok([Q(0), Qdot(11)]));
         assert_eq!(pair("[\"q1\"]"), Err(Mismatch::Type));
         assert_eq!(pair("[\"q1\", 2]"), Err(Mismatch::Type));

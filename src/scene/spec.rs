@@ -183,7 +183,8 @@ pub struct RecurrenceSpec {
 pub struct QuantificationSpec {
     /// The window, and the time between its measures.
     pub sliding: SlidingSpec,
-    /// Spacing of the states, s; the delay is rounded to a whole number of it.
+    /// Spacing of the states, s, at least that of the samples; the delay is rounded to a whole
+    /// number of it.
     pub step: f64,
     /// The states.
     pub embedding: EmbeddingSpec,
@@ -261,6 +262,8 @@ pub struct ChaosSpec {
 pub struct RegimeSpec {
     /// The window, and the time between verdicts.
     pub sliding: SlidingSpec,
+    /// Spacing of the samples that are looked at, s; at least that of the samples there are.
+    pub step: f64,
     /// Amplitude below which it is silent, m.
     pub silence: f64,
 }

@@ -392,20 +392,16 @@ fn values_must_fit_together() {
             ":7: `analysis.delay.window_ms`: largest_lag_us, largest_dimension reach over 2.4 ms",
         ),
         (
-            "[analysis.quantification]\nthreshold_rate = 0.1\nstep_us = 0.8\n",
+            "[analysis.quantification]\nthreshold_rate = 0.1\nstep_us = 2000\n",
             ":8: `analysis.quantification.step_us`",
-        ),
-        (
-            "sample_rate_khz = 20\n[analysis.quantification]\nthreshold_rate = 0.1\nstep_us = 40\n",
-            ":9: `analysis.quantification.step_us`",
         ),
         (
             "[analysis.quantification]\nthreshold_rate = 0.1\ntheiler_us = 12e3\n",
             ":8: `analysis.quantification.window_ms`: theiler_us reach over 12 ms",
         ),
         (
-            "[analysis.quantification]\nneighbours = 994\n",
-            ":7: `analysis.quantification.neighbours`: 994 neighbours among 994 states",
+            "[analysis.quantification]\nneighbours = 1988\n",
+            ":7: `analysis.quantification.neighbours`: 1988 neighbours among 1988 states",
         ),
         (
             "[analysis.section]\noffset_um = 1\n",
@@ -432,7 +428,7 @@ fn values_must_fit_together() {
             ":6: `analysis.section.shown` is missing",
         ),
         (
-            "[analysis.chaos]\nhorizon_ms = 20\n",
+            "[analysis.chaos]\nhorizon_ms = 45\n",
             ":7: `analysis.chaos.window_ms`",
         ),
         (

@@ -266,7 +266,7 @@ fn the_scene_is_not_overwritten() {
         desk.path(),
         &["run", "scene.toml", "--save", "./scene.toml"],
     );
-    assert!(message.contains("is the scene itself"), "{message}");
+    assert!(message.contains("is the input itself"), "{message}");
     assert_eq!(
         std::fs::read(desk.path().join("scene.toml")).expect("there"),
         printed.as_bytes()

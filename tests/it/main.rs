@@ -1,6 +1,8 @@
 //! Integration tests, by promise. One binary, so that it is linked once.
 
 #[cfg(feature = "cli")]
+mod analyse;
+#[cfg(feature = "cli")]
 mod cli;
 mod convergence;
 mod equations;

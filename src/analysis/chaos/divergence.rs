@@ -40,7 +40,7 @@ use rayon::prelude::*;
 
 use super::scaling::scaling_region;
 use super::{ROUNDING, largest};
-use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm};
+use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
 
 /// Consecutive stretches of the signal whose curves are kept apart, to tell by their scatter how
 /// sure the slope is. Also the pieces of parallel work; a fixed number, so that sums do not
@@ -194,13 +194,6 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
         counted: all.counts[..curve.len()].to_vec(),
         curve,
     })
-}
-
-/// Standard deviation.
-fn deviation(samples: &[f64]) -> f64 {
-    let n = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / n;
-    (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt()
 }
 
 /// So many distances are multiplied before the logarithm of the product is taken: one for each

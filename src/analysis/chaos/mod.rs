@@ -1,7 +1,7 @@
 //! Chaos from data alone: does the signal drive a point adrift, do neighbours part exponentially?
 //!
-//! [`zero_one`] answers the first with a number between 0 and 1 and needs no state space;
-//! [`divergence`] the second, with a rate in a state space of delay vectors. Neither tells chaos
+//! [`zero_one()`] answers the first with a number between 0 and 1 and needs no state space;
+//! [`divergence()`] the second, with a rate in a state space of delay vectors. Neither tells chaos
 //! from noise by itself: noise gives 1 to the first, and to the second no rate at all.
 //!
 //! ```

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::analysis::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm};
+use crate::analysis::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm, deviation};
 
 /// Distances are not known better than this share of the deviation of the samples.
 const RESOLUTION: f64 = 1e-6;
@@ -124,7 +124,7 @@ pub fn false_neighbours(
             let is_false = |neighbour: Neighbour| {
                 let growth = (next[i] - next[neighbour.index]).abs();
                 growth > search.distance_ratio * neighbour.distance.max(resolution)
-                    || neighbour.distance.hypot(growth) > size
+                    || (neighbour.distance * neighbour.distance + growth * growth).sqrt() > size
             };
             let neighbour = (*neighbour)?;
             if is_false(neighbour) || neighbour.distance > resolution {
@@ -141,14 +141,6 @@ pub fn false_neighbours(
         found.judged.push(all);
     }
     Ok(found)
-}
-
-/// Standard deviation about the mean.
-fn deviation(samples: &[f64]) -> f64 {
-    let count = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / count;
-    let squares = samples.iter().map(|x| (x - mean) * (x - mean));
-    (squares.sum::<f64>() / count).sqrt()
 }
 
 #[cfg(test)]

@@ -16,11 +16,13 @@ mod search;
 mod tests;
 mod tree;
 
-use pulp::Arch;
+use std::marker::PhantomData;
+
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use self::search::{Best, City, Euclid, Largest, Metric, Query};
-use self::tree::{Bucket, Tree};
+use self::tree::{BUCKET, Bucket, Tree};
 use super::{DelayVectors, Norm};
 
 /// Buckets that one task of [`NeighbourTree::nearest_all`] answers for.
@@ -50,23 +52,99 @@ pub struct NeighbourTree<'a> {
     arch: Arch,
 }
 
-/// Runs an expression with `$metric` the type that measures by this norm.
-macro_rules! with_metric {
-    ($norm:expr, $metric:ident => $body:expr) => {
-        match $norm {
-            Norm::Euclidean => {
-                type $metric = Euclid;
-                $body
-            }
-            Norm::Maximum => {
-                type $metric = Largest;
-                $body
-            }
-            Norm::Manhattan => {
-                type $metric = City;
-                $body
+/// Something to be done in the tree, compiled for the instructions of the machine.
+///
+/// (A job is a type of its own because a closure would be compiled for those of any machine.)
+struct Job<'t, 'a, M, K> {
+    tree: &'t NeighbourTree<'a>,
+    apart: usize,
+    limit: usize,
+    kind: K,
+    metric: PhantomData<M>,
+}
+
+/// The nearest neighbour of a vector among those farther than a radius, if one is given.
+struct Nearest {
+    i: usize,
+    beyond: Option<f64>,
+}
+
+/// The nearest neighbours of the vectors in some buckets.
+struct NearestOfBuckets<'t>(&'t [Bucket]);
+
+/// All neighbours of a vector within a radius.
+struct Within<'e, F> {
+    i: usize,
+    radius: f64,
+    each: &'e mut F,
+}
+
+impl<M: Metric> WithSimd for Job<'_, '_, M, Nearest> {
+    type Output = Option<Neighbour>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        if let Some(radius) = self.kind.beyond {
+            query = query.beyond::<M>(radius);
+        }
+        query.at(self.kind.i);
+        let best = self.tree.tree.nearest::<M>(&mut query, Best::NONE);
+        best.neighbour::<M>()
+    }
+}
+
+impl<M: Metric> WithSimd for Job<'_, '_, M, NearestOfBuckets<'_>> {
+    type Output = Vec<(usize, Option<Neighbour>)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+        let NearestOfBuckets(buckets) = self.kind;
+        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        let mut best = Best::NONE;
+        let mut answers = Vec::with_capacity(buckets.len() * BUCKET);
+        for bucket in buckets {
+            for &i in bucket.indices.iter().filter(|&&i| i < self.limit) {
+                query.at(i);
+                // The neighbour of the last one is a good first guess for this.
+                let guess = query.guess::<M>(best);
+                best = self.tree.tree.nearest::<M>(&mut query, guess);
+                answers.push((i, best.neighbour::<M>()));
             }
         }
+        answers
+    }
+}
+
+impl<M: Metric, F: FnMut(Neighbour)> WithSimd for Job<'_, '_, M, Within<'_, F>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Within { i, radius, each } = self.kind;
+        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        query.at(i);
+        self.tree.tree.within::<M>(&mut query, radius, each);
+    }
+}
+
+/// Does a job with the norm of the tree.
+macro_rules! dispatch {
+    ($tree:expr, $apart:expr, $limit:expr, $kind:expr) => {
+        match $tree.norm {
+            Norm::Euclidean => dispatch!($tree, $apart, $limit, $kind, Euclid),
+            Norm::Maximum => dispatch!($tree, $apart, $limit, $kind, Largest),
+            Norm::Manhattan => dispatch!($tree, $apart, $limit, $kind, City),
+        }
+    };
+    ($tree:expr, $apart:expr, $limit:expr, $kind:expr, $metric:ty) => {
+        $tree.arch.dispatch(Job {
+            tree: $tree,
+            apart: $apart,
+            limit: $limit,
+            kind: $kind,
+            metric: PhantomData::<$metric>,
+        })
     };
 }
 
@@ -88,14 +166,7 @@ impl<'a> NeighbourTree<'a> {
     /// # Panics
     /// If `i` is not below [`DelayVectors::len`].
     pub fn nearest(&self, i: usize, apart: usize, limit: usize) -> Option<Neighbour> {
-        let mut query = Query::new(&self.vectors, apart, limit);
-        with_metric!(self.norm, M => self.arch.dispatch(
-            #[inline(always)]
-            || {
-                query.at(i);
-                self.tree.nearest::<M>(&mut query, Best::NONE).neighbour::<M>()
-            }
-        ))
+        dispatch!(self, apart, limit, Nearest { i, beyond: None })
     }
 
     /// [`NeighbourTree::nearest`] among those farther away than `radius`: the nearest that does
@@ -110,55 +181,21 @@ impl<'a> NeighbourTree<'a> {
         apart: usize,
         limit: usize,
     ) -> Option<Neighbour> {
-        with_metric!(self.norm, M => self.arch.dispatch(
-            #[inline(always)]
-            || {
-                let mut query = Query::new(&self.vectors, apart, limit).beyond::<M>(radius);
-                query.at(i);
-                self.tree.nearest::<M>(&mut query, Best::NONE).neighbour::<M>()
-            }
-        ))
+        let beyond = Some(radius);
+        dispatch!(self, apart, limit, Nearest { i, beyond })
     }
 
     /// [`NeighbourTree::nearest`] of each of the vectors `0..limit` (all of them, if there are
     /// fewer), on all cores.
     pub fn nearest_all(&self, apart: usize, limit: usize) -> Vec<Option<Neighbour>> {
-        let buckets = &self.tree.buckets;
-        let answer = |buckets: &[Bucket]| {
-            with_metric!(self.norm, M => self.arch.dispatch(
-                #[inline(always)]
-                || self.nearest_of_buckets::<M>(buckets, apart, limit)
-            ))
-        };
-        let answers: Vec<_> = buckets.par_chunks(BUCKETS_A_TASK).map(answer).collect();
+        let answer = |buckets| dispatch!(self, apart, limit, NearestOfBuckets(buckets));
+        let tasks = self.tree.buckets.par_chunks(BUCKETS_A_TASK);
+        let answers: Vec<_> = tasks.map(answer).collect();
         let mut nearest = vec![None; limit.min(self.vectors.len())];
         for (i, neighbour) in answers.into_iter().flatten() {
             nearest[i] = neighbour;
         }
         nearest
-    }
-
-    /// The nearest neighbours of the vectors in some buckets. The neighbour of one is a good
-    /// first guess for the next.
-    #[inline(always)]
-    fn nearest_of_buckets<M: Metric>(
-        &self,
-        buckets: &[Bucket],
-        apart: usize,
-        limit: usize,
-    ) -> Vec<(usize, Option<Neighbour>)> {
-        let mut query = Query::new(&self.vectors, apart, limit);
-        let mut best = Best::NONE;
-        let mut answers = Vec::with_capacity(buckets.len() * tree::BUCKET);
-        for bucket in buckets {
-            for &i in bucket.indices.iter().filter(|&&i| i < limit) {
-                query.at(i);
-                let guess = query.guess::<M>(best);
-                best = self.tree.nearest::<M>(&mut query, guess);
-                answers.push((i, best.neighbour::<M>()));
-            }
-        }
-        answers
     }
 
     /// Calls `each` for every neighbour of vector `i` at `radius` or nearer with
@@ -174,13 +211,7 @@ impl<'a> NeighbourTree<'a> {
         limit: usize,
         mut each: impl FnMut(Neighbour),
     ) {
-        let mut query = Query::new(&self.vectors, apart, limit);
-        with_metric!(self.norm, M => self.arch.dispatch(
-            #[inline(always)]
-            || {
-                query.at(i);
-                self.tree.within::<M>(&mut query, radius, &mut each);
-            }
-        ));
+        let each = &mut each;
+        dispatch!(self, apart, limit, Within { i, radius, each });
     }
 }

@@ -204,7 +204,7 @@ impl Tree {
             }
             if node.level == 0 {
                 let sums = self.distances::<M>(query, node.number);
-                if sums.into_iter().fold(f64::INFINITY, smaller) > best.sum {
+                if !any_within(&sums, best.sum) {
                     continue;
                 }
                 for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
@@ -336,8 +336,9 @@ impl Open {
     }
 }
 
-/// The smaller of two numbers, in one instruction.
+/// Whether any of the sums is at most the limit. All are compared: that is one instruction for
+/// several of them.
 #[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+fn any_within(sums: &[f64], limit: f64) -> bool {
+    sums.iter().fold(false, |any, &sum| any | (sum <= limit))
 }

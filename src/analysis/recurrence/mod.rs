@@ -1,4 +1,7 @@
 //! When does the system come back to where it was? Recurrence plots and their quantification.
+//!
+//! What is counted is defined once, with [`RecurrenceCounts`]; [`quantify`] counts a whole signal,
+//! [`RecurrenceWindow`] a stream. A [`RecurrencePlot`] draws a few hundred states.
 
 mod counts;
 mod measures;
@@ -12,7 +15,7 @@ mod window;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
-pub use plot::RecurrencePlot;
+pub use plot::{RecurrencePicture, RecurrencePlot};
 pub use quantify::quantify;
 pub use threshold::{RecurrenceRule, Threshold, find_threshold};
 pub use window::RecurrenceWindow;

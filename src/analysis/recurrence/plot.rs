@@ -4,39 +4,78 @@
 //! unbroken diagonals a period apart, a torus diagonals with a second, slower spacing, chaos short
 //! torn pieces (Marwan et al., Phys. Rep. 438, 237, 2007).
 
-use crate::analysis::DelayVectors;
+use super::Threshold;
+use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
-/// Distances of every pair of states in a window of delay vectors, Euclidean norm, and the
-/// pictures they give:
+/// Distances of every pair of states in a window of delay vectors, and the pictures they give:
 ///
 /// ```text
 /// Eq. (26):  R_ij(epsilon) = Theta(epsilon - |y_i - y_j|),   Theta(0) = 1
 /// ```
 ///
-/// Conventions: a pair at exactly the threshold is recurrent. The line of identity `i = j` is
-/// always drawn and never counted: rates are over the `n (n - 1) / 2` pairs `i < j`. No Theiler
-/// window: neighbours in time count.
+/// For windows small enough to look at: memory is `8 n^2` bytes, reused from one window to the
+/// next. To count without a picture, see [`quantify`](super::quantify).
 ///
-/// Distances are kept in single precision, relative to the extent of the signal in the window:
-/// good to about 1e-7 of that extent, far below what 8-bit pixels show. Memory is `4 n^2` bytes,
-/// reused from one window to the next.
-#[derive(Clone, Debug, Default)]
+/// Conventions are those of [`RecurrenceCounts`](super::RecurrenceCounts), and so is every single
+/// pair: row `i`, column `j`, recurrent at exactly the threshold. Pictures show all pairs; rates
+/// are over those outside the Theiler window, told in samples of the signal, however few of them
+/// are plotted: pairs whose states are less than that apart are drawn and not counted.
+#[derive(Clone, Debug)]
 pub struct RecurrencePlot {
+    norm: Norm,
+    theiler: usize,
     size: usize,
-    /// Half the extent of the signal, the unit of `squared`; 1 if the signal is constant.
-    unit: f64,
-    /// Squared distances over `unit^2`, `size x size`, row-major, symmetric.
-    squared: Vec<f32>,
-    /// Coordinate `c` of all points, one after another, from -1 to 1.
-    points: Vec<f32>,
-    /// Workspace of the selection: the pairs `i < j`.
-    pairs: Vec<u32>,
+    /// Extents (see [`Norm`]) of the differences, `size x size`, row-major, symmetric.
+    extents: Vec<f64>,
+    /// Row `i` is counted before column `counted[i].0` and from column `counted[i].1` on; the
+    /// line of identity apart.
+    counted: Vec<(usize, usize)>,
+    /// Standard deviation of the signal.
+    deviation: f64,
+    /// Coordinate `c` of all points, one after another.
+    points: Vec<f64>,
+    /// Workspace of the selection.
+    chosen: Vec<u64>,
+}
+
+/// A recurrence plot at a threshold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecurrencePicture {
+    /// Row-major: 255 recurrent, 0 not.
+    pub pixels: Vec<u8>,
+    /// The distance that the threshold came to, in the signal's unit; `None` if each state has its
+    /// own ([`Threshold::Neighbours`]).
+    pub distance: Option<f64>,
+    /// Recurrence rate reached: the recurrent share of the counted pairs, 0 to 1; 0 if there is
+    /// none.
+    pub rate: f64,
+}
+
+/// Euclidean norm, a Theiler window of 1: all pairs but the line of identity count.
+impl Default for RecurrencePlot {
+    fn default() -> Self {
+        Self::with(Norm::Euclidean, 1)
+    }
 }
 
 impl RecurrencePlot {
-    /// A plot without points.
+    /// A plot without points: [`RecurrencePlot::default`].
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A plot without points, in this norm and with this Theiler window (samples).
+    pub fn with(norm: Norm, theiler: usize) -> Self {
+        Self {
+            norm,
+            theiler,
+            size: 0,
+            extents: Vec::new(),
+            counted: Vec::new(),
+            deviation: 0.0,
+            points: Vec::new(),
+            chosen: Vec::new(),
+        }
     }
 
     /// Measures the distances between the vectors with the given indices, oldest first.
@@ -46,17 +85,36 @@ impl RecurrencePlot {
     pub fn measure(&mut self, vectors: &DelayVectors<'_>, picks: &[usize]) {
         let n = picks.len();
         self.size = n;
-        self.gather(vectors, picks);
-        self.squared.resize(n * n, 0.0);
-        if n == 0 {
-            return;
+        self.deviation = deviation(vectors.samples());
+        let apart = self.theiler.max(1);
+        let bounds = picks.iter().map(|&pick| {
+            let before = picks.partition_point(|&other| other.saturating_add(apart) <= pick);
+            let after = picks.partition_point(|&other| other < pick.saturating_add(apart));
+            (before, after)
+        });
+        self.counted.clear();
+        self.counted.extend(bounds);
+        self.points.clear();
+        for coordinate in (0..vectors.dimension()).map(|c| vectors.coordinate(c)) {
+            self.points.extend(picks.iter().map(|&k| coordinate[k]));
         }
-        for (i, row) in self.squared.chunks_exact_mut(n).enumerate() {
-            row.fill(0.0);
+        self.extents.clear();
+        self.extents.resize(n * n, 0.0);
+        match self.norm {
+            Norm::Euclidean => self.fill(|sum, t| sum + t * t),
+            Norm::Maximum => self.fill(|most, t| if t.abs() > most { t.abs() } else { most }),
+            Norm::Manhattan => self.fill(|sum, t| sum + t.abs()),
+        }
+    }
+
+    /// All extents, coordinate by coordinate.
+    fn fill(&mut self, add: impl Fn(f64, f64) -> f64) {
+        let n = self.size.max(1);
+        for (i, row) in self.extents.chunks_exact_mut(n).enumerate() {
             for coordinate in self.points.chunks_exact(n) {
                 let here = coordinate[i];
-                for (sum, there) in row.iter_mut().zip(coordinate) {
-                    *sum += (here - there) * (here - there);
+                for (extent, there) in row.iter_mut().zip(coordinate) {
+                    *extent = add(*extent, here - there);
                 }
             }
         }
@@ -67,96 +125,151 @@ impl RecurrencePlot {
         self.size
     }
 
-    /// The number of pairs `i < j`.
+    /// The number of counted pairs `i < j`; half of those that the rate is a share of, the line
+    /// of identity apart.
     pub fn pairs(&self) -> usize {
-        self.size * self.size.saturating_sub(1) / 2
+        self.counted
+            .iter()
+            .map(|&(_, after)| self.size - after)
+            .sum()
     }
 
     /// The largest distance in the window, in the signal's unit.
     pub fn largest(&self) -> f64 {
-        f64::from(self.largest_squared()).sqrt() * self.unit
+        self.norm.distance_of_extent(self.largest_extent())
+    }
+
+    /// The recurrences at a threshold.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Threshold`] as in [`quantify`](super::quantify).
+    pub fn recurrences(
+        &mut self,
+        threshold: Threshold,
+    ) -> Result<RecurrencePicture, AnalysisError> {
+        let distance = match threshold.check()? {
+            Threshold::Distance(distance) => distance,
+            Threshold::Spread(times) => times * self.deviation,
+            Threshold::Rate(rate) => self.distance_for_rate(rate),
+            Threshold::Neighbours(wanted) => return Ok(self.neighbours(wanted)),
+        };
+        Ok(RecurrencePicture {
+            pixels: self.recurrence_picture(distance),
+            distance: Some(distance),
+            rate: self.rate(distance),
+        })
     }
 
     /// The threshold at which `round(rate * pairs)` pairs are recurrent: that order statistic of
-    /// the distances, exactly. Pairs at equal distance come together, so that the rate reached
-    /// may be larger. A rate of less than half a pair gives 0.
+    /// the distances, exactly as in [`find_threshold`](super::find_threshold). Pairs at equal
+    /// distance come together, so that the rate reached may be larger. A rate of less than half a
+    /// pair gives 0.
     pub fn distance_for_rate(&mut self, rate: f64) -> f64 {
-        let wanted = (rate.clamp(0.0, 1.0) * self.pairs() as f64).round() as usize;
+        let (pairs, identity) = (self.pairs(), self.identity());
+        // A line of identity that is counted is recurrent anyway.
+        let wanted = rate.clamp(0.0, 1.0) * (2 * pairs + identity) as f64 - identity as f64;
+        let wanted = ((0.5 * wanted).round().max(0.0) as usize).min(pairs);
         let Some(last) = wanted.checked_sub(1) else {
             return 0.0;
         };
-        self.pairs.clear();
-        for i in 0..self.size {
-            let later = &self.squared[i * self.size..][i + 1..self.size];
-            // Floats that are not negative are ordered like their bits, which compare faster.
-            self.pairs.extend(later.iter().map(|d| d.to_bits()));
+        self.chosen.clear();
+        for (i, &(_, after)) in self.counted.iter().enumerate() {
+            let later = &self.extents[i * self.size..][after..self.size];
+            self.chosen.extend(later.iter().map(|d| d.to_bits()));
         }
-        let chosen = *self.pairs.select_nth_unstable(last).1;
-        f64::from(f32::from_bits(chosen)).sqrt() * self.unit
+        let extent = f64::from_bits(*self.chosen.select_nth_unstable(last).1);
+        self.norm.distance_of_extent(extent)
     }
 
-    /// Recurrence rate: the share of pairs no farther apart than `epsilon` (signal's unit), 0 to
-    /// 1; 0 if there is no pair.
+    /// Recurrence rate: the share of counted pairs no farther apart than `epsilon` (signal's
+    /// unit), 0 to 1; 0 if there is no pair.
     pub fn rate(&self, epsilon: f64) -> f64 {
-        if self.pairs() == 0 {
-            return 0.0;
-        }
-        let limit = self.squared_in_units(epsilon);
-        let close = |row: &[f32]| row.iter().map(|&d| u32::from(d <= limit)).sum::<u32>();
-        let all: usize = self
-            .squared
-            .chunks_exact(self.size)
-            .map(|row| close(row) as usize)
-            .sum();
-        // Both halves and the line of identity were counted.
-        (all - self.size) as f64 / (2 * self.pairs()) as f64
+        let limit = self.norm.extent_within(epsilon);
+        self.share(|_| limit)
     }
 
     /// The unthresholded picture, row-major: 0 for the same state, 255 for the largest distance
     /// of the window. All 0 if all states are the same.
     pub fn distance_picture(&self) -> Vec<u8> {
-        let largest = self.largest_squared().sqrt();
-        let scale = if largest > 0.0 { 255.0 / largest } else { 0.0 };
-        let shade = |d: &f32| (d.sqrt() * scale + 0.5) as u8;
-        self.squared.iter().map(shade).collect()
+        let largest = self.largest_extent();
+        let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+        let root = self.norm == Norm::Euclidean;
+        let shade = |&extent: &f64| {
+            // Single precision is more than a pixel shows.
+            let share = (extent * scale) as f32;
+            let distance = if root { share.sqrt() } else { share };
+            (distance * 255.0 + 0.5) as u8
+        };
+        self.extents.iter().map(shade).collect()
     }
 
     /// The picture of Eq. (26), row-major: 255 recurrent, 0 not.
     pub fn recurrence_picture(&self, epsilon: f64) -> Vec<u8> {
-        let limit = self.squared_in_units(epsilon);
-        let shade = |d: &f32| if *d <= limit { 255 } else { 0 };
-        self.squared.iter().map(shade).collect()
+        let limit = self.norm.extent_within(epsilon);
+        self.pixels(|_| limit)
     }
 
-    /// Copies the picked points, centred and scaled to [-1, 1] so that single precision keeps
-    /// their differences.
-    fn gather(&mut self, vectors: &DelayVectors<'_>, picks: &[usize]) {
-        let coordinates = || (0..vectors.dimension()).map(|c| vectors.coordinate(c));
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for coordinate in coordinates() {
-            for &k in picks {
-                low = low.min(coordinate[k]);
-                high = high.max(coordinate[k]);
+    /// The recurrences with so many neighbours of each state.
+    fn neighbours(&mut self, wanted: usize) -> RecurrencePicture {
+        let mut limits = Vec::with_capacity(self.size);
+        for (i, &(before, after)) in self.counted.iter().enumerate() {
+            // The distances are symmetric: column `i` is row `i`.
+            let column = &self.extents[i * self.size..][..self.size];
+            let others = column[..before].iter().chain(&column[after..]);
+            self.chosen.clear();
+            self.chosen.extend(others.map(|d| d.to_bits()));
+            let last = wanted.min(self.chosen.len()).checked_sub(1);
+            limits.push(last.map_or(0.0, |last| {
+                f64::from_bits(*self.chosen.select_nth_unstable(last).1)
+            }));
+        }
+        RecurrencePicture {
+            pixels: self.pixels(|column| limits[column]),
+            distance: None,
+            rate: self.share(|column| limits[column]),
+        }
+    }
+
+    /// The share of counted pairs within the limits of their columns.
+    fn share(&self, limit: impl Fn(usize) -> f64) -> f64 {
+        let identity = self.identity();
+        let all = 2 * self.pairs() + identity;
+        if all == 0 {
+            return 0.0;
+        }
+        let near: usize = self
+            .extents
+            .chunks_exact(self.size.max(1))
+            .zip(&self.counted)
+            .map(|(row, &(before, after))| {
+                let near = |&column: &usize| row[column] <= limit(column);
+                (0..before).chain(after..self.size).filter(near).count()
+            })
+            .sum();
+        (near + identity) as f64 / all as f64
+    }
+
+    /// The picture of the pairs within the limits of their columns.
+    fn pixels(&self, limit: impl Fn(usize) -> f64) -> Vec<u8> {
+        let n = self.size.max(1);
+        let mut pixels = vec![0; self.extents.len()];
+        for (pixels, row) in pixels.chunks_exact_mut(n).zip(self.extents.chunks_exact(n)) {
+            for (column, (pixel, &extent)) in pixels.iter_mut().zip(row).enumerate() {
+                *pixel = if extent <= limit(column) { 255 } else { 0 };
             }
         }
-        let centre = 0.5 * (low + high);
-        self.unit = if high > low { 0.5 * (high - low) } else { 1.0 };
-        self.points.clear();
-        for coordinate in coordinates() {
-            let scaled = |&k: &usize| ((coordinate[k] - centre) / self.unit) as f32;
-            self.points.extend(picks.iter().map(scaled));
-        }
+        pixels
     }
 
-    /// A distance as it is compared: squared, in units. A value from
-    /// [`RecurrencePlot::distance_for_rate`] comes back to the very bits it was made of.
-    fn squared_in_units(&self, distance: f64) -> f32 {
-        (distance / self.unit).powi(2) as f32
+    /// Pairs on the line of identity that are counted, all of them recurrent.
+    fn identity(&self) -> usize {
+        if self.theiler == 0 { self.size } else { 0 }
     }
 
-    fn largest_squared(&self) -> f32 {
-        let bits = self.squared.iter().map(|d| d.to_bits()).max();
-        bits.map_or(0.0, f32::from_bits)
+    fn largest_extent(&self) -> f64 {
+        // Floats that are not negative are ordered like their bits, which compare faster.
+        let bits = self.extents.iter().map(|extent| extent.to_bits()).max();
+        f64::from_bits(bits.unwrap_or(0))
     }
 }
 
@@ -164,6 +277,7 @@ impl RecurrencePlot {
 mod tests {
     use super::*;
     use crate::analysis::test_signals::{noise, sines};
+    use crate::analysis::{RateBase, RecurrenceCounts, RecurrenceRule, find_threshold, quantify};
 
     fn plot(signal: &[f64], lag: usize, dimension: usize) -> RecurrencePlot {
         let vectors = DelayVectors::new(signal, lag, dimension).unwrap();
@@ -188,7 +302,7 @@ mod tests {
         };
         let direct: Vec<f64> = (0..n * n).map(|p| distance(p / n, p % n)).collect();
         let largest = direct.iter().copied().fold(0.0, f64::max);
-        assert!((plot.largest() / largest - 1.0).abs() < 1e-6);
+        assert_eq!(plot.largest(), largest);
         for (pixel, d) in plot.distance_picture().iter().zip(&direct) {
             assert!((f64::from(*pixel) - 255.0 * d / largest).abs() <= 0.5 + 1e-3);
         }
@@ -283,6 +397,81 @@ mod tests {
             assert_eq!(plot.distance_for_rate(0.5), 0.0);
             assert_eq!(plot.rate(1.0), 0.0);
             assert_eq!(plot.recurrence_picture(0.0).len(), picks.len());
+        }
+    }
+
+    #[test]
+    fn pictures_are_those_that_the_room_counts() {
+        // On a grid, so that many pairs lie at the same distance.
+        let fine = noise(5, 150, 1.0);
+        let coarse: Vec<f64> = fine.iter().map(|x| (4.0 * x).round()).collect();
+        let thresholds = [
+            Threshold::Distance(2.0),
+            Threshold::Spread(0.7),
+            Threshold::Rate(0.0),
+            Threshold::Rate(0.08),
+            Threshold::Rate(1.0),
+            Threshold::Neighbours(4),
+            Threshold::Neighbours(500),
+        ];
+        for (signal, norm) in [&fine, &coarse].into_iter().flat_map(|signal| {
+            [Norm::Euclidean, Norm::Maximum, Norm::Manhattan].map(|norm| (signal, norm))
+        }) {
+            let vectors = DelayVectors::new(signal, 4, 3).unwrap();
+            let picks: Vec<usize> = (0..vectors.len()).collect();
+            for (threshold, theiler) in thresholds
+                .iter()
+                .flat_map(|&threshold| [0, 1, 9].map(|theiler| (threshold, theiler)))
+            {
+                let rule = RecurrenceRule {
+                    norm,
+                    threshold,
+                    theiler,
+                };
+                let mut plot = RecurrencePlot::with(norm, theiler);
+                plot.measure(&vectors, &picks);
+                let picture = plot.recurrences(threshold).unwrap();
+                let n = plot.size();
+                let seen = RecurrenceCounts::of_matrix(n, n, theiler, |i, j| {
+                    picture.pixels[i * n + j] == 255
+                });
+                let counts = quantify(&vectors, &rule).unwrap();
+                assert_eq!(seen, counts, "{rule:?}");
+                let rate = counts.measures(2, 2, RateBase::Counted).recurrence_rate;
+                assert_eq!(picture.rate, rate, "{rule:?}");
+                assert_eq!(picture.distance, find_threshold(&vectors, &rule).ok());
+            }
+        }
+    }
+
+    #[test]
+    fn a_theiler_window_is_told_in_samples_of_the_signal() {
+        let signal = noise(6, 200, 1.0);
+        let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
+        let picks: Vec<usize> = (0..vectors.len()).step_by(10).collect();
+        let counted = |theiler| {
+            let mut plot = RecurrencePlot::with(Norm::Maximum, theiler);
+            plot.measure(&vectors, &picks);
+            assert_eq!(plot.rate(plot.largest()), 1.0);
+            plot.pairs()
+        };
+        let n = picks.len();
+        assert_eq!(counted(0), n * (n - 1) / 2);
+        assert_eq!(counted(10), n * (n - 1) / 2);
+        assert_eq!(counted(11), (n - 1) * (n - 2) / 2);
+        assert_eq!(counted(21), (n - 2) * (n - 3) / 2);
+    }
+
+    #[test]
+    fn thresholds_out_of_range_are_refused() {
+        let mut plot = plot(&noise(7, 50, 1.0), 2, 2);
+        for threshold in [
+            Threshold::Distance(-1.0),
+            Threshold::Spread(f64::NAN),
+            Threshold::Rate(1.5),
+            Threshold::Neighbours(0),
+        ] {
+            assert!(plot.recurrences(threshold).is_err(), "{threshold:?}");
         }
     }
 }

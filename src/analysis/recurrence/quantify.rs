@@ -23,10 +23,8 @@ pub fn quantify(
 ) -> Result<RecurrenceCounts, AnalysisError> {
     let pairs = Pairs::new(vectors, rule.norm, rule.theiler);
     let nearness = Nearness::find(&pairs, rule.threshold)?;
-    let (limits, symmetric) = match &nearness {
-        Nearness::Everywhere(distance) => (Limits::One(rule.norm.extent_within(*distance)), true),
-        Nearness::Columns(extents) => (Limits::Columns(extents), false),
-    };
+    let limits = nearness.limits(rule.norm);
+    let symmetric = matches!(limits, Limits::One(_));
     let new = || Tally::new(pairs.states, symmetric);
     let tally = pairs
         .pieces()
@@ -151,19 +149,27 @@ mod tests {
 
     #[test]
     fn every_set_of_instructions_counts_the_same() {
+        fn with(simd: impl pulp::Simd, pairs: &Pairs<'_>, limits: Limits<'_>) -> RecurrenceCounts {
+            let mut tally = Tally::new(pairs.states, matches!(limits, Limits::One(_)));
+            for piece in pairs.pieces() {
+                pairs.visit_with(simd, piece, limits, &mut tally);
+            }
+            tally.finish(pairs.theiler)
+        }
         for norm in NORMS {
             for signal in signals(700) {
                 let vectors = DelayVectors::new(&signal, 9, 3).unwrap();
-                let rule = rule(norm, Threshold::Rate(0.1), 1);
-                let fast = quantify(&vectors, &rule).unwrap();
                 let pairs = Pairs::new(&vectors, norm, 1);
-                let distance = find_threshold(&vectors, &rule).unwrap();
-                let mut tally = Tally::new(pairs.states, true);
-                let limits = Limits::One(norm.extent_within(distance));
-                for piece in pairs.pieces() {
-                    pairs.visit_portably(piece, limits, &mut tally);
+                for threshold in [Threshold::Spread(0.4), Threshold::Neighbours(9)] {
+                    let expected = quantify(&vectors, &rule(norm, threshold, 1)).unwrap();
+                    let nearness = Nearness::find(&pairs, threshold).unwrap();
+                    let limits = nearness.limits(norm);
+                    assert_eq!(with(pulp::Scalar::new(), &pairs, limits), expected);
+                    #[cfg(target_arch = "x86_64")]
+                    if let Some(avx2) = pulp::x86::V3::try_new() {
+                        assert_eq!(with(avx2, &pairs, limits), expected);
+                    }
                 }
-                assert_eq!(tally.finish(1), fast);
             }
         }
     }

@@ -135,19 +135,19 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// [`Pairs::visit`] without vector instructions.
+    /// [`Pairs::visit`] with chosen instructions.
     #[cfg(test)]
-    pub fn visit_portably(
+    pub fn visit_with(
         &self,
+        simd: impl Simd,
         offsets: Range<usize>,
         limits: Limits<'_>,
         visitor: &mut impl Visitor,
     ) {
-        let simd = pulp::Scalar::new();
         match self.norm {
-            Norm::Euclidean => Sweep(self, offsets, limits, visitor, SumOfSquares).with_simd(simd),
-            Norm::Maximum => Sweep(self, offsets, limits, visitor, Largest).with_simd(simd),
-            Norm::Manhattan => Sweep(self, offsets, limits, visitor, Sum).with_simd(simd),
+            Norm::Euclidean => simd.vectorize(Sweep(self, offsets, limits, visitor, SumOfSquares)),
+            Norm::Maximum => simd.vectorize(Sweep(self, offsets, limits, visitor, Largest)),
+            Norm::Manhattan => simd.vectorize(Sweep(self, offsets, limits, visitor, Sum)),
         }
     }
 }

@@ -7,7 +7,7 @@
 use super::sweep::{Diagonal, Visitor};
 use super::{LineHistogram, RecurrenceCounts};
 
-/// No offset.
+/// No offset; so many states would have 10^19 pairs.
 const NONE: u32 = u32::MAX;
 
 /// The first and the last time something happened, as offsets.

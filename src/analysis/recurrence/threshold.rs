@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::sweep::{Diagonal, Limits, Pairs, Visitor};
-use crate::analysis::{AnalysisError, DelayVectors, Norm};
+use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// How near is the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,24 @@ pub enum Threshold {
     /// A distance for each state, such that this many others (outside the Theiler window) are
     /// near it (fixed amount of neighbours; the plot is not symmetric).
     Neighbours(usize),
+}
+
+impl Threshold {
+    /// The threshold itself, if it is within its range.
+    pub(super) fn check(self) -> Result<Self, AnalysisError> {
+        let (right, what) = match self {
+            Self::Distance(distance) => (distance >= 0.0, "a distance must be at least 0"),
+            Self::Spread(times) => (
+                times >= 0.0 && times.is_finite(),
+                "a spread must be finite and at least 0",
+            ),
+            Self::Rate(rate) => ((0.0..=1.0).contains(&rate), "a rate must be from 0 to 1"),
+            Self::Neighbours(wanted) => (wanted > 0, "ask for at least one neighbour"),
+        };
+        right
+            .then_some(self)
+            .ok_or(AnalysisError::Threshold { what })
+    }
 }
 
 /// Which pairs of states are recurrent, and which count.
@@ -66,30 +84,21 @@ pub(super) enum Nearness {
 }
 
 impl Nearness {
-    pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
-        let refuse = |what| Err(AnalysisError::Threshold { what });
-        match threshold {
-            Threshold::Distance(distance) if distance >= 0.0 => Ok(Self::Everywhere(distance)),
-            Threshold::Distance(_) => refuse("a distance must be at least 0"),
-            Threshold::Spread(times) if times >= 0.0 && times.is_finite() => {
-                Ok(Self::Everywhere(times * deviation(pairs.samples)))
-            }
-            Threshold::Spread(_) => refuse("a spread must be finite and at least 0"),
-            Threshold::Rate(rate) if (0.0..=1.0).contains(&rate) => {
-                Ok(Self::Everywhere(distance_for_rate(pairs, rate)))
-            }
-            Threshold::Rate(_) => refuse("a rate must be from 0 to 1"),
-            Threshold::Neighbours(0) => refuse("ask for at least one neighbour"),
-            Threshold::Neighbours(wanted) => Ok(Self::Columns(extents_of_columns(pairs, wanted))),
+    pub fn limits(&self, norm: Norm) -> Limits<'_> {
+        match self {
+            Self::Everywhere(distance) => Limits::One(norm.extent_within(*distance)),
+            Self::Columns(extents) => Limits::Columns(extents),
         }
     }
-}
 
-/// Population standard deviation.
-fn deviation(samples: &[f64]) -> f64 {
-    let mean_of = |sum: f64| sum / samples.len() as f64;
-    let mean = mean_of(samples.iter().sum());
-    mean_of(samples.iter().map(|x| (x - mean) * (x - mean)).sum()).sqrt()
+    pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
+        Ok(match threshold.check()? {
+            Threshold::Distance(distance) => Self::Everywhere(distance),
+            Threshold::Spread(times) => Self::Everywhere(times * deviation(pairs.samples)),
+            Threshold::Rate(rate) => Self::Everywhere(distance_for_rate(pairs, rate)),
+            Threshold::Neighbours(wanted) => Self::Columns(extents_of_columns(pairs, wanted)),
+        })
+    }
 }
 
 /// The extent within which so many other states outside the Theiler window lie, for each state;

@@ -12,7 +12,7 @@ use crate::pipeline::message::{Frame, Record};
 use crate::scene::{ChaosSpec, DelaySpec};
 
 /// States followed in a window, at most; more make the curve smoother, but hardly different.
-const MOST_REFERENCES: usize = 1000;
+const MOST_REFERENCES: usize = 500;
 
 /// Emits [`Record::Chaos`]. A window of which nothing can be said, such as a constant one, is
 /// passed over.

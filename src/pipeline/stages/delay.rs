@@ -10,7 +10,7 @@ use crate::scene::DelaySpec;
 
 /// Emits [`Record::Delay`], and notes each choice for the stages that follow it.
 ///
-/// A window in which nothing can be chosen, such as a constant one, is passed over.
+/// A window in which nothing can be chosen is passed over.
 pub struct DelayStage {
     sliding: SlidingWindow<1>,
     search: DelaySearch,

@@ -15,6 +15,7 @@ mod spectrogram;
 mod spectrum;
 #[cfg(test)]
 pub(super) mod synthetic;
+mod thinning;
 mod words;
 
 pub use chaos::ChaosStage;

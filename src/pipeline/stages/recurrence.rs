@@ -2,12 +2,10 @@
 
 use super::choices::{Embedding, Unfolding};
 use super::{Context, Emit, Stage, samples};
-use crate::analysis::{
-    DelayVectors, RecurrencePlot, RecurrenceRule, SlidingWindow, Threshold, find_threshold,
-};
+use crate::analysis::{DelayVectors, RecurrencePlot, SlidingWindow, Threshold};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
-use crate::scene::{DelaySpec, NearnessSpec, RecurrenceSpec};
+use crate::scene::{DelaySpec, RecurrenceSpec};
 
 /// Coordinates of the trail: what can be drawn.
 const TRAIL_DIMENSION: usize = 3;
@@ -26,7 +24,7 @@ pub struct RecurrenceStage {
     /// Vectors in the window.
     window: usize,
     unfolding: Unfolding,
-    nearness: NearnessSpec,
+    threshold: Threshold,
     rate: f64,
 }
 
@@ -43,11 +41,11 @@ impl RecurrenceStage {
         let reach = DelayVectors::samples_for(window, most.lag, dimension);
         Self {
             sliding: SlidingWindow::new(reach, spec.sliding.every * rate).starting_with(window),
-            plot: RecurrencePlot::new(),
+            plot: RecurrencePlot::with(spec.nearness.norm, 1),
             picks: (1..=size).map(pick).collect(),
             window,
             unfolding,
-            nearness: spec.nearness,
+            threshold: spec.nearness.threshold,
             rate,
         }
     }
@@ -66,7 +64,7 @@ impl Stage for RecurrenceStage {
             picks,
             window,
             unfolding,
-            nearness,
+            threshold,
             rate,
         } = self;
         sliding.push([&frame.displacement], |view| {
@@ -83,30 +81,16 @@ impl Stage for RecurrenceStage {
                 DelayVectors::new(&displacement[displacement.len() - reach(m)..], lag, m)
             };
             let time = context.newest(view.seen);
-            let vectors = newest(dimension)?;
-            let rule = RecurrenceRule {
-                norm: nearness.norm,
-                threshold: nearness.threshold,
-                theiler: 1,
-            };
-            plot.measure(&vectors, picks);
-            let threshold = match nearness.threshold {
-                Threshold::Distance(distance) => distance,
-                Threshold::Rate(share) => plot.distance_for_rate(share),
-                Threshold::Spread(_) => find_threshold(&vectors, &rule)?,
-                // On average.
-                Threshold::Neighbours(count) => {
-                    plot.distance_for_rate(count as f64 / (plot.size() - 1) as f64)
-                }
-            };
+            plot.measure(&newest(dimension)?, picks);
+            let recurrences = plot.recurrences(*threshold)?;
             emit(Record::Recurrence {
                 time,
                 window: *window as f64 / *rate,
                 size: plot.size(),
                 distance: plot.distance_picture(),
-                recurrent: plot.recurrence_picture(threshold),
-                threshold,
-                rate: plot.rate(threshold),
+                recurrent: recurrences.pixels,
+                threshold: recurrences.distance,
+                rate: recurrences.rate,
                 lag: lag as f64 / *rate,
                 dimension,
             })?;

@@ -82,6 +82,7 @@ pub fn laboratory() -> AnalysisSpec {
         }),
         regime: Some(RegimeSpec {
             sliding: sliding(10e-3, 5e-3),
+            step: 5e-6,
             silence: 1e-12,
         }),
         ..analyses()

@@ -132,8 +132,7 @@ impl Tables<'_> {
             return Ok(None);
         }
         let sliding = self.sliding(&keys::QUANTIFICATION_WINDOW, &keys::QUANTIFICATION_EVERY)?;
-        let step = document.get(&keys::STEP)?;
-        self.at_least_a_sample(keys::STEP.path, step)?;
+        let step = document.get(&keys::STEP)?.max(1.0 / self.rate);
         let states = (sliding.window / step).round();
         if !STATES.contains(&states) {
             return Err(document.inconsistent(
@@ -307,6 +306,7 @@ impl Tables<'_> {
         }
         Ok(Some(RegimeSpec {
             sliding: self.sliding(&keys::REGIME_WINDOW, &keys::REGIME_EVERY)?,
+            step: self.document.get(&keys::REGIME_STEP)?,
             silence: self.document.get(&keys::SILENCE)?,
         }))
     }

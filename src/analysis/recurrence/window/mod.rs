@@ -8,9 +8,11 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use self::mask::{bit, ones, runs, word, word_after, word_before};
 use self::states::{Along, States, WORD};
-use super::{LineHistogram, RecurrenceCounts};
+use super::{LineHistogram, RecurrenceCounts, Threshold};
 use crate::analysis::{AnalysisError, Norm};
 
 /// The counts of the recurrence plot of a growing or sliding window, updated sample by sample.
@@ -85,7 +87,8 @@ impl RecurrenceWindow {
     ///
     /// # Errors
     /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::TooShort`] for
-    /// a length of zero.
+    /// a length of zero, [`AnalysisError::Threshold`] for an `epsilon` that is negative or not a
+    /// number.
     pub fn sliding(
         length: usize,
         lag: usize,
@@ -108,7 +111,8 @@ impl RecurrenceWindow {
     /// with the samples.
     ///
     /// # Errors
-    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero.
+    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::Threshold`] for
+    /// an `epsilon` that is negative or not a number.
     pub fn growing(
         lag: usize,
         dimension: usize,
@@ -130,6 +134,7 @@ impl RecurrenceWindow {
         if lag == 0 || dimension == 0 {
             return Err(AnalysisError::NoDelay { lag, dimension });
         }
+        Threshold::Distance(epsilon).check()?;
         Ok(Self {
             states: States::new(lag, dimension, norm, epsilon),
             length,
@@ -157,19 +162,10 @@ impl RecurrenceWindow {
     /// Takes the next samples, in pieces of any size. The first `(m - 1) tau` of the stream
     /// complete no state; each one after that does.
     pub fn push(&mut self, samples: &[f64]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for &sample in samples {
-                    if self.states.push(sample) > self.end {
-                        if self.length == Some(self.size()) {
-                            self.leave();
-                        }
-                        self.enter();
-                    }
-                }
-            },
-        );
+        Arch::new().dispatch(Push {
+            window: self,
+            samples,
+        });
     }
 
     /// The counts of the states held now, exactly those of [`super::quantify`] on the same states.
@@ -385,6 +381,29 @@ impl RecurrenceWindow {
         if column.next.is_some() {
             self.gaps.remove(gap);
             self.returns.remove(length + gap);
+        }
+    }
+}
+
+/// [`RecurrenceWindow::push`], with the vector instructions that the machine has.
+struct Push<'a> {
+    window: &'a mut RecurrenceWindow,
+    samples: &'a [f64],
+}
+
+impl WithSimd for Push<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { window, samples } = self;
+        for &sample in samples {
+            if window.states.push(sample) > window.end {
+                if window.length == Some(window.size()) {
+                    window.leave();
+                }
+                window.enter();
+            }
         }
     }
 }

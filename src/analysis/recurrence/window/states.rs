@@ -27,7 +27,7 @@ pub(super) struct States {
     lag: usize,
     dimension: usize,
     norm: Norm,
-    /// The largest that [`States::compare`] may come to for a recurrent pair.
+    /// The largest extent (see [`Norm`]) of a recurrent pair.
     limit: f64,
     /// Distances asked for so far.
     #[cfg(test)]
@@ -43,10 +43,7 @@ impl States {
             lag,
             dimension,
             norm,
-            limit: match norm {
-                Norm::Euclidean => epsilon * epsilon,
-                Norm::Maximum | Norm::Manhattan => epsilon,
-            },
+            limit: norm.extent_within(epsilon),
             #[cfg(test)]
             evaluations: std::cell::Cell::new(0),
         }
@@ -144,30 +141,56 @@ impl States {
         j: usize,
         count: usize,
         along: Along,
-        add: impl Fn(f64, f64) -> f64,
+        add: impl Fn(f64, f64) -> f64 + Copy,
     ) -> u64 {
+        if count == WORD {
+            return self.block::<WORD>(i, j, along, add);
+        }
         let mut bits = 0;
         for start in (0..count).step_by(LANES) {
-            let mut sums = [0.0; LANES];
-            for c in 0..self.dimension {
-                let from = |state: usize| &self.samples[state - self.first + c * self.lag..];
-                let here: &[f64; LANES] = from(i + start).first_chunk().expect("padded");
-                let there = match along {
-                    Along::Column => [from(j)[0]; LANES],
-                    Along::Diagonal => *from(j + start).first_chunk().expect("padded"),
-                };
-                for lane in 0..LANES {
-                    sums[lane] = add(sums[lane], here[lane] - there[lane]);
-                }
-            }
-            let mut near = 0;
-            for (lane, &sum) in sums.iter().enumerate() {
-                near |= u64::from(sum <= self.limit) << lane;
-            }
-            bits |= near << start;
+            let there = match along {
+                Along::Column => j,
+                Along::Diagonal => j + start,
+            };
+            bits |= self.block::<LANES>(i + start, there, along, add) << start;
         }
         // The last lanes may be of pairs that were not asked for.
         bits & (u64::MAX >> (WORD - count))
+    }
+
+    /// Which of `N` pairs from `(i, j)` on are near.
+    #[inline(always)]
+    fn block<const N: usize>(
+        &self,
+        i: usize,
+        j: usize,
+        along: Along,
+        add: impl Fn(f64, f64) -> f64,
+    ) -> u64 {
+        let mut extents = [0.0; N];
+        for c in 0..self.dimension {
+            let from = |state: usize| &self.samples[state - self.first + c * self.lag..];
+            let here: &[f64; N] = from(i).first_chunk().expect("padded");
+            match along {
+                Along::Column => {
+                    let there = from(j)[0];
+                    for (extent, here) in extents.iter_mut().zip(here) {
+                        *extent = add(*extent, here - there);
+                    }
+                }
+                Along::Diagonal => {
+                    let there: &[f64; N] = from(j).first_chunk().expect("padded");
+                    for (extent, (here, there)) in extents.iter_mut().zip(here.iter().zip(there)) {
+                        *extent = add(*extent, here - there);
+                    }
+                }
+            }
+        }
+        let mut bits = 0;
+        for (lane, &extent) in extents.iter().enumerate() {
+            bits |= u64::from(extent <= self.limit) << lane;
+        }
+        bits
     }
 }
 

@@ -1,8 +1,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::analysis::DelayVectors;
 use crate::analysis::test_signals::{noise, sines};
+use crate::analysis::{DelayVectors, RecurrenceRule, quantify};
 
 const NORMS: [Norm; 3] = [Norm::Euclidean, Norm::Maximum, Norm::Manhattan];
 
@@ -43,12 +43,8 @@ impl Case {
         let oldest = all.len() - size;
         RecurrenceCounts::of_matrix(size, size, self.theiler, |i, j| {
             let pairs = all.vector(oldest + i).zip(all.vector(oldest + j));
-            let d = pairs.map(|(a, b)| a - b);
-            match self.norm {
-                Norm::Euclidean => d.fold(0.0, |sum, d| sum + d * d) <= self.epsilon * self.epsilon,
-                Norm::Maximum => d.fold(0.0, |most: f64, d| most.max(d.abs())) <= self.epsilon,
-                Norm::Manhattan => d.fold(0.0, |sum, d| sum + d.abs()) <= self.epsilon,
-            }
+            let extent = self.norm.extent(pairs.map(|(a, b)| a - b));
+            extent <= self.norm.extent_within(self.epsilon)
         })
     }
 
@@ -144,7 +140,7 @@ fn short_windows_are_legal() {
 }
 
 #[test]
-fn pieces_do_not_matter() {
+fn a_window_counts_like_the_batch() {
     let signal = noise(5, 400, 1.0);
     let case = Case {
         length: Some(100),
@@ -158,6 +154,14 @@ fn pieces_do_not_matter() {
     whole.push(&signal);
     assert_eq!(whole.counts(), case.reference(&signal));
     assert_eq!(whole.size(), 100);
+    let held = &signal[signal.len() - DelayVectors::samples_for(100, case.lag, case.dimension)..];
+    let rule = RecurrenceRule {
+        norm: case.norm,
+        threshold: Threshold::Distance(case.epsilon),
+        theiler: case.theiler,
+    };
+    let vectors = DelayVectors::new(held, case.lag, case.dimension).unwrap();
+    assert_eq!(Ok(whole.counts()), quantify(&vectors, &rule));
 }
 
 #[test]
@@ -170,6 +174,9 @@ fn what_cannot_be_is_refused() {
     assert_eq!(sliding(9, 3, 0), no_delay(3, 0));
     assert!(sliding(0, 3, 3).is_err());
     assert!(RecurrenceWindow::growing(0, 3, Norm::Euclidean, 1.0, 1).is_err());
+    for epsilon in [-1.0, f64::NAN] {
+        assert!(RecurrenceWindow::growing(3, 3, Norm::Euclidean, epsilon, 1).is_err());
+    }
 }
 
 proptest! {

@@ -1,10 +1,49 @@
 //! Everything the laboratory can say of one signal.
+//!
+//! [`analyse_signal`] makes all choices itself, by rules that [`SignalSearch`] states, and the
+//! [`SignalReport`] tells them. [`live_analysis`] says the same to the analyses that slide along
+//! a stream.
+
+mod analyse;
+mod live;
 
 use crate::analysis::{
-    AnalysisError, Clusters, Column, Combination, Crossing, DelayChoice, Divergence, Line,
-    Measures, Naming, RecurrenceCounts, RecurrenceRule, Spectrum, Verdict, ZeroOne,
+    Clusters, Column, Combination, Crossing, DelayChoice, Divergence, Line, Measures, Naming,
+    RecurrenceCounts, RecurrenceRule, SectionShape, Spectrum, Threshold, Verdict, ZeroOne,
 };
 use crate::import::Signal;
+
+pub use analyse::analyse_signal;
+pub use live::{highest_frequency, live_analysis};
+
+/// What the user fixes; the signal decides the rest.
+///
+/// | choice | rule |
+/// |---|---|
+/// | spectrum | Blackman-Harris window over the whole stretch; a quarter of a bin is the uncertainty with which lines are named |
+/// | spectrogram | Hann window of about `2 sqrt(N)` samples, a power of two; some 400 columns |
+/// | nonlinear methods | the newest [`MOST_NONLINEAR`] samples |
+/// | lag, dimension, Theiler window | as [`choose_delay`](crate::analysis::choose_delay) finds them |
+/// | recurrence | Euclidean norm; 5 % of the pairs; one state in so many samples that a lag has 12 to 23 of them; the newest 10,000 states; a lag apart at least |
+/// | along the signal | up to 120 windows over the whole stretch, of 1000 states or a third of it |
+/// | section | `y(t + lag) =` mean, rising; the newest 2000 passages |
+/// | exponents | Rosenstein and Kantz as [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); radius of Kantz 5 % of the deviation, 2 % from 50,000 samples on |
+/// | 0-1 test | one sample a lag, or as many as [`ZeroOneTest::stride_for`](crate::analysis::ZeroOneTest::stride_for) asks for |
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SignalSearch {
+    /// Delay, samples.
+    pub lag: Option<usize>,
+    /// Embedding dimension.
+    pub dimension: Option<usize>,
+    /// Recurrence threshold.
+    pub threshold: Option<Threshold>,
+}
+
+/// At most this many of the newest samples go through the nonlinear methods.
+pub const MOST_NONLINEAR: usize = 50_000;
+
+/// Fewer samples than these say too little.
+pub const FEWEST_SAMPLES: usize = 500;
 
 /// A spectral line with its name.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +63,10 @@ pub struct RecurrenceReport {
     pub rule: RecurrenceRule,
     /// The threshold distance, in the signal's unit; `None` if each state had its own.
     pub epsilon: Option<f64>,
-    /// Every so many samples one state was taken.
+    /// Every so many samples one state was taken; counts and measures are in states.
     pub stride: usize,
+    /// Delay, states.
+    pub lag: usize,
     /// Everything counted.
     pub counts: RecurrenceCounts,
     /// The measures.
@@ -35,13 +76,13 @@ pub struct RecurrenceReport {
     /// Measures of a window that slides along the signal.
     pub along: Vec<MeasuresAt>,
     /// A picture of the newest part.
-    pub picture: RecurrencePicture,
+    pub picture: RecurrenceImage,
 }
 
 /// Measures of one window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuresAt {
-    /// Centre of the window, s.
+    /// Centre of the window, in the file's time, s.
     pub time: f64,
     /// The measures.
     pub measures: Measures,
@@ -49,7 +90,7 @@ pub struct MeasuresAt {
 
 /// A recurrence plot as pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RecurrencePicture {
+pub struct RecurrenceImage {
     /// Points along a side.
     pub size: usize,
     /// Time of the first and of the last state, s.
@@ -83,27 +124,21 @@ pub struct SignalReport {
     pub section: Vec<Crossing>,
     /// Their groups.
     pub clusters: Clusters,
+    /// What they look like.
+    pub shape: SectionShape,
+    /// Level of the section, in the signal's unit.
+    pub level: f64,
     /// How nearest neighbours part (Rosenstein).
     pub rosenstein: Divergence,
     /// How neighbourhoods part (Kantz).
     pub kantz: Divergence,
     /// The 0-1 test.
     pub zero_one: ZeroOne,
+    /// Every so many samples one went through the 0-1 test.
+    pub zero_one_stride: usize,
     /// The kind of motion.
     pub verdict: Verdict,
     /// How many of the newest samples the nonlinear methods used (all, unless the signal is longer
     /// than they can take).
     pub nonlinear_samples: usize,
-}
-
-/// Analyses a signal; `progress` is told the share done, 0 to 1, and the step's name, and says
-/// whether to go on.
-///
-/// # Errors
-/// [`AnalysisError`].
-pub fn analyse_signal(
-    _signal: Signal,
-    _progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<Option<SignalReport>, AnalysisError> {
-    unimplemented!()
 }

@@ -1,13 +1,16 @@
 //! A made-up run for the tests of this room: a tone that grows, then two tones that share no
 //! period, then two tones of wandering phase. No physics; only the shape of the real records.
 
+mod laboratory;
+
 use std::{f64::consts::TAU, sync::Arc};
 
 use crate::{
     dynamics::Tally,
     pipeline::message::{
         AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
-        PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, Subject, Summary,
+        PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, SignalInfo, Subject,
+        Summary,
     },
     scene::RecordSpec,
 };
@@ -37,6 +40,17 @@ const MODES: [(&str, f64); 11] = [
     ("2nd torsion", 9917.0),
     ("4th bending x", 12448.0),
     ("4th bending y", 12448.0),
+];
+
+const ALL: [AnalysisKind; 8] = [
+    AnalysisKind::Spectrum,
+    AnalysisKind::Spectrogram,
+    AnalysisKind::Recurrence,
+    AnalysisKind::Delay,
+    AnalysisKind::Quantification,
+    AnalysisKind::Section,
+    AnalysisKind::Chaos,
+    AnalysisKind::Regime,
 ];
 
 /// What a real scene would record.
@@ -73,6 +87,15 @@ pub fn records(duration: f64) -> Vec<Record> {
         if now >= due.recurrence {
             due.recurrence += 2.5e-3;
             records.push(signal.recurrence(now));
+        }
+        if now >= due.laboratory {
+            let last = due.laboratory - 5e-3;
+            due.laboratory += 5e-3;
+            records.push(signal.delay(now));
+            records.push(signal.quantification(now));
+            records.push(signal.section(last.max(0.0), due.laboratory - 5e-3));
+            records.push(signal.chaos(now));
+            records.push(signal.verdict(now));
         }
         if now >= due.health {
             due.health += 5e-3;
@@ -133,6 +156,7 @@ struct Due {
     column: f64,
     spectrum: f64,
     recurrence: f64,
+    laboratory: f64,
     health: f64,
 }
 
@@ -147,14 +171,62 @@ pub fn header(duration: f64) -> Header {
         command: "squeakscope run demo".to_owned(),
         sample_rate: SAMPLE_RATE,
         duration,
-        analyses: vec![
-            AnalysisKind::Spectrum,
-            AnalysisKind::Spectrogram,
-            AnalysisKind::Recurrence,
-        ],
+        analyses: ALL.to_vec(),
         section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(joint()),
     }
+}
+
+/// A voltage that somebody measured: the made-up motion about 2.5 V, in frames without modes.
+pub fn signal_records(duration: f64) -> Vec<Record> {
+    let volts = |u: f64| 2.5 + 1e6 * u;
+    let header = Header {
+        scene: "bench.csv".to_owned(),
+        title: "Column `ch1` of bench.csv".to_owned(),
+        about: "A voltage from a bench.".to_owned(),
+        scene_text: String::new(),
+        command: "squeakscope analyse bench.csv".to_owned(),
+        subject: Subject::Signal(SignalInfo {
+            source: "bench.csv".to_owned(),
+            column: "ch1".to_owned(),
+            unit: "V".to_owned(),
+            start: 0.0,
+            span: [1.5, 3.5],
+            highest_frequency: 15e3,
+        }),
+        ..header(duration)
+    };
+    let of_joint = records(duration).into_iter();
+    let records = of_joint.filter_map(|record| match record {
+        Record::Header(_) => Some(Record::Header(Arc::new(header.clone()))),
+        Record::Samples(frame) => {
+            let samples: Vec<f64> = frame.displacement.iter().map(|u| volts(*u)).collect();
+            Some(Record::Samples(Arc::new(Frame {
+                index: frame.index,
+                t0: frame.t0,
+                dt: frame.dt,
+                velocity: samples.clone(),
+                displacement: samples,
+                ..Frame::default()
+            })))
+        }
+        Record::Embedding { time, points } => Some(Record::Embedding {
+            time,
+            points: points
+                .iter()
+                .map(|point| point.map(|u| volts(f64::from(u)) as f32))
+                .collect(),
+        }),
+        Record::Section { time, mut points } => {
+            for point in &mut points {
+                point.at = point.at.map(volts);
+            }
+            Some(Record::Section { time, points })
+        }
+        Record::Narration { .. } => None,
+        other => Some(other),
+    });
+    records.collect()
 }
 
 /// The joint that is said to have made the samples.
@@ -461,7 +533,7 @@ impl Signal {
             size,
             distance: pixels(&|d| (255.0 * d / largest) as u8),
             recurrent: pixels(&|d| if d < threshold { 255 } else { 0 }),
-            threshold: 1e-6 * threshold,
+            threshold: Some(1e-6 * threshold),
             rate: 0.05,
             lag: 60e-6,
             dimension: 3,

@@ -1,0 +1,58 @@
+//! What kind of motion is in a slice of samples? The laboratory as a library.
+//!
+//! ```text
+//! cargo run --release --no-default-features --example analyse_signal
+//! ```
+//!
+//! Two tones, and the product of both as any nonlinearity makes it: a torus. The same calls take
+//! what `squeakscope::import::read_signal` reads from a file.
+
+use std::error::Error;
+use std::f64::consts::TAU;
+
+use squeakscope::import::Signal;
+use squeakscope::study::signal::{SignalSearch, analyse_signal};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let rate = 48_000.0;
+    let tone = |frequency: f64, k: u32| (TAU * frequency * f64::from(k) / rate).sin();
+    let sample = |k: u32| {
+        let (slow, fast) = (tone(570.0, k), tone(3873.1, k));
+        fast + 0.4 * slow + 0.2 * slow * fast
+    };
+    let signal = Signal {
+        name: "two tones".to_owned(),
+        unit: "m/s".to_owned(),
+        rate,
+        start: 0.0,
+        samples: (0..24_000).map(sample).collect(),
+    };
+    let mut told = |share: f64, step: &str| {
+        eprintln!("{:>3.0} % {step}", 100.0 * share);
+        true
+    };
+    let report = analyse_signal(signal, &SignalSearch::default(), &mut told)?
+        .expect("nobody interrupts this one");
+
+    let verdict = &report.verdict;
+    println!(
+        "{}, {:.0} % sure",
+        verdict.regime,
+        100.0 * verdict.confidence
+    );
+    for evidence in &verdict.evidence {
+        println!("  {}", evidence.words);
+    }
+    for named in &report.lines {
+        let label = named.name.map_or_else(String::new, |name| name.to_string());
+        println!("{:>10.2} Hz  {label}", named.line.frequency);
+    }
+    println!(
+        "tau = {:.0} us, m = {}, DET = {:.3}, K = {:.2}",
+        1e6 * report.delay.lag as f64 / rate,
+        report.delay.dimension,
+        report.recurrence.measures.determinism.unwrap_or(0.0),
+        report.zero_one.k
+    );
+    Ok(())
+}

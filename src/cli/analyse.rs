@@ -1,0 +1,285 @@
+//! `squeakscope analyse`: what kind of motion is in anybody's file?
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::args::AnalyseArgs;
+use super::error::{Cause, CliError};
+use super::interrupt;
+use super::output::{OutputFile, check_all, check_directory};
+use super::progress::Progress;
+use super::report::{self, FileReport};
+use super::run::{command_line, shown};
+use super::signal_report::AnalyseReport;
+use crate::import::{Selection, Signal};
+use crate::pipeline::message::Summary;
+use crate::study::signal::{SignalReport, SignalSearch, analyse_signal};
+
+/// A figure as a file.
+pub(super) struct FigureFile {
+    /// Its name.
+    pub name: String,
+    /// The whole PNG.
+    pub png: Vec<u8>,
+}
+
+/// A signal to be played along the road of a simulation.
+pub(super) struct Play<'a> {
+    /// The file that it comes from.
+    pub file: &'a Path,
+    /// The signal and what is known of it.
+    pub report: &'a SignalReport,
+    /// How the program was started, for the record.
+    pub command: &'a str,
+    /// Where the recording goes.
+    pub save: &'a Path,
+    /// True once it shall end at the next frame.
+    pub stop: &'a AtomicBool,
+    /// To be told the share done, 0 to 1, from any thread.
+    pub progress: &'a (dyn Fn(f64) + Sync),
+}
+
+/// What the rest of the crate does for this command.
+pub(super) struct Tools {
+    /// Reads a signal.
+    pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
+    /// Draws the figures.
+    pub draw: fn(&SignalReport) -> Result<Vec<FigureFile>, Cause>,
+    /// Records the analyses along the signal.
+    pub play: fn(&Play<'_>) -> Result<Summary, Cause>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while drawing or recording; Ctrl-C.
+pub(super) fn analyse(args: &AnalyseArgs, tools: &Tools) -> Result<(), CliError> {
+    let stop = interrupt::catch().map_err(|source| CliError::Run {
+        doing: "set-up of Ctrl-C",
+        source,
+    })?;
+    execute(args, &stop, tools)
+}
+
+fn execute(args: &AnalyseArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+    let [save, json] = check_all(
+        Some(args.file.as_os_str()),
+        [
+            ("--save", args.save.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
+    if let Some(directory) = &args.png {
+        check_directory(directory, "--png")?;
+    }
+    let signal = (tools.read)(
+        &args.file,
+        &Selection {
+            column: args.column.clone(),
+            rate: args.rate,
+            from: args.from,
+            to: args.to,
+        },
+    )?;
+    let search = SignalSearch {
+        lag: args.lag.map(|lag| lag as usize),
+        dimension: args.dimension.map(|m| m as usize),
+        threshold: args.threshold,
+    };
+    let progress = Progress::of_steps();
+    let report = analyse_signal(signal, &search, &mut |share, name| {
+        progress.step(share, name);
+        !stop.load(Ordering::Relaxed)
+    });
+    // The bar goes before anything else is printed.
+    drop(progress);
+    let report = report.map_err(|reason| CliError::Signal {
+        path: args.file.clone(),
+        reason,
+    })?;
+    let report = report.ok_or(CliError::Interrupted)?;
+    let mut files = Vec::new();
+    if let Some(directory) = &args.png {
+        files.extend(draw(&report, directory, tools)?);
+    }
+    let summary = save
+        .as_ref()
+        .map(|save| play(args, &report, save, stop, tools))
+        .transpose()?;
+    files.extend(save.as_ref().map(FileReport::of).transpose()?);
+    report::deliver(
+        &AnalyseReport::new(&args.file, &report, files),
+        json.as_ref(),
+    )?;
+    if let Some(recording) = &save {
+        report::print(&format!(
+            "\nopen it with: rerun {}\n",
+            shown(recording.path())
+        ))?;
+    }
+    match summary {
+        Some(summary) if summary.interrupted => Err(CliError::Interrupted),
+        _ => Ok(()),
+    }
+}
+
+/// Writes the figures into a directory, which is made if need be.
+fn draw(
+    report: &SignalReport,
+    directory: &Path,
+    tools: &Tools,
+) -> Result<Vec<FileReport>, CliError> {
+    let failed = |source| CliError::Run {
+        doing: "drawing",
+        source,
+    };
+    let figures = (tools.draw)(report).map_err(failed)?;
+    std::fs::create_dir_all(directory).map_err(|source| failed(source.into()))?;
+    let write = |figure: FigureFile| {
+        let file = OutputFile::check(&directory.join(figure.name), "--png")?;
+        file.write(|out| out.write_all(&figure.png))?;
+        Ok(FileReport::of(&file)?)
+    };
+    figures.into_iter().map(write).collect()
+}
+
+/// Sends the signal down the road into a recording.
+fn play(
+    args: &AnalyseArgs,
+    report: &SignalReport,
+    save: &OutputFile,
+    stop: &AtomicBool,
+    tools: &Tools,
+) -> Result<Summary, CliError> {
+    let progress = Progress::of_steps();
+    let summary = (tools.play)(&Play {
+        file: &args.file,
+        report,
+        command: &command_line(),
+        save: save.path(),
+        stop,
+        progress: &|share| progress.step(share, "recording"),
+    });
+    drop(progress);
+    summary.map_err(|source| CliError::Run {
+        doing: "recording",
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn tone(_: &Path, _: &Selection) -> Result<Signal, CliError> {
+        let sample = |k: u32| (TAU * 0.0213 * f64::from(k)).sin();
+        Ok(Signal {
+            name: "tone".to_owned(),
+            unit: "m".to_owned(),
+            rate: 1000.0,
+            start: 2.0,
+            samples: (0..2000).map(sample).collect(),
+        })
+    }
+
+    const TOOLS: Tools = Tools {
+        read: tone,
+        draw: |_| {
+            Ok(vec![FigureFile {
+                name: "tone.png".to_owned(),
+                png: vec![1, 2, 3],
+            }])
+        },
+        play: |job| {
+            std::fs::write(job.save, job.command)?;
+            (job.progress)(0.5);
+            Ok(Summary {
+                interrupted: job.report.signal.start != 2.0,
+                ..Summary::default()
+            })
+        },
+    };
+
+    struct Desk(tempfile::TempDir);
+
+    impl Desk {
+        fn args(&self) -> AnalyseArgs {
+            let path = |name: &str| self.0.path().join(name);
+            AnalyseArgs {
+                file: path("tone.wav"),
+                save: Some(path("out.rrd")),
+                png: Some(path("new/figures")),
+                json: Some(path("out.json")),
+                ..AnalyseArgs::default()
+            }
+        }
+    }
+
+    fn desk() -> Desk {
+        Desk(tempfile::tempdir().expect("temporary folder"))
+    }
+
+    #[test]
+    fn all_outputs_are_written_and_told() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        execute(&desk.args(), &stop, &TOOLS).expect("done");
+        let text = std::fs::read(desk.0.path().join("out.json")).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["signal"]["start_s"], 2.0);
+        assert_eq!(json["signal"]["duration_s"], 2.0);
+        assert_eq!(json["files"][0]["bytes"], 3);
+        assert_eq!(json["files"].as_array().map(Vec::len), Some(2));
+        let figure = desk.0.path().join("new/figures/tone.png");
+        assert_eq!(std::fs::read(figure).expect("written"), [1, 2, 3]);
+    }
+
+    #[test]
+    fn an_interrupted_analysis_leaves_nothing() {
+        let (desk, stop) = (desk(), AtomicBool::new(true));
+        let error = execute(&desk.args(), &stop, &TOOLS).expect_err("interrupted");
+        assert_eq!(error.exit_code(), 130);
+        assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 0);
+    }
+
+    #[test]
+    fn outputs_are_checked_before_the_file_is_read() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let never = Tools {
+            read: |_, _| panic!("nothing must be read"),
+            ..TOOLS
+        };
+        let file = desk.args().file;
+        std::fs::write(&file, "sound").expect("written");
+        for args in [
+            AnalyseArgs {
+                json: Some(file.clone()),
+                ..desk.args()
+            },
+            AnalyseArgs {
+                png: Some(file.clone()),
+                ..desk.args()
+            },
+            AnalyseArgs {
+                save: desk.args().json,
+                ..desk.args()
+            },
+        ] {
+            let error = execute(&args, &stop, &never).expect_err("refused");
+            assert_eq!(error.exit_code(), 2, "{error}");
+        }
+        assert_eq!(std::fs::read(&file).expect("there"), b"sound");
+    }
+
+    #[test]
+    fn a_fault_while_drawing_is_no_bad_input() {
+        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let tools = Tools {
+            draw: |_| Err("no ink".into()),
+            ..TOOLS
+        };
+        let error = execute(&desk.args(), &stop, &tools).expect_err("failed");
+        assert_eq!(error.exit_code(), 1);
+    }
+}

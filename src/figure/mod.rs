@@ -1,0 +1,57 @@
+//! Pictures on disk: SVG and PNG, with the program's own font.
+//!
+//! A [`Figure`] is a grid of [`Panel`]s; a panel has two axes and marks upon them. What figures
+//! a subject has is said in one file a subject; [`signal_figures`] draws the report on a signal.
+//!
+//! The SVG is the figure; the PNG is that SVG, drawn at twice its size. Both come out the same,
+//! byte for byte, on every machine: no font and no library of the system is asked.
+
+mod draw;
+mod error;
+mod panel;
+mod raster;
+mod signal;
+mod style;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::FigureError;
+pub use panel::{Axis, Mark, Panel, Scale};
+pub use signal::signal_figures;
+
+/// A figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Stem of its file name, such as `recurrence`.
+    pub name: &'static str,
+    /// The SVG document.
+    pub svg: String,
+}
+
+impl Figure {
+    /// Draws `rows` of panels under a title. All panels of a row are equally wide and all rows
+    /// equally high; `size` is the whole in points.
+    ///
+    /// # Errors
+    /// [`FigureError::Draw`].
+    pub fn new(
+        name: &'static str,
+        title: &str,
+        size: [u32; 2],
+        rows: &[Vec<Panel>],
+    ) -> Result<Self, FigureError> {
+        Ok(Self {
+            name,
+            svg: draw::draw(title, size, rows)?,
+        })
+    }
+
+    /// The figure as a PNG of twice its size in pixels.
+    ///
+    /// # Errors
+    /// [`FigureError::Raster`].
+    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
+        raster::png(&self.svg)
+    }
+}

@@ -1,0 +1,232 @@
+//! The screens of a joint: what it does, its contact, its modes, and the health of the run.
+
+use rerun::blueprint::{ContainerLike, Spatial3DView};
+
+use super::{Layout, Parts, log, tab};
+use crate::{
+    pipeline::message::{Header, JointInfo},
+    record::{patch, paths, portrait::Portrait, samples, style, vantage::Vantage},
+    scene::RecordSpec,
+};
+
+/// Simulated time that the time series show, s: some twenty periods of a 4 kHz squeak.
+const SERIES_WINDOW: f64 = 5e-3;
+/// Snapshots of the contact that time series show where they are rarer than samples.
+const SNAPSHOTS: f64 = 50.0;
+
+impl Layout {
+    pub fn squeak_tab(
+        &mut self,
+        header: &Header,
+        joint: &JointInfo,
+        spec: RecordSpec,
+    ) -> Option<ContainerLike> {
+        let words = self.text("What you see", paths::NARRATION);
+        let body = self.body(joint, spec);
+        let patch = self.patch(joint);
+        let portrait = self.picture(
+            "Phase portrait of the contact's centre",
+            paths::PORTRAIT,
+            Portrait::bounds(),
+        );
+        let recurrence = self.recurrence(header);
+        let spectrogram = self.spectrogram(header);
+        let spectrum = self.spectrum(header);
+        let displacement = self.series(
+            "Displacement u, µm (last 5 ms)",
+            paths::DISPLACEMENT,
+            Some(SERIES_WINDOW),
+        );
+        let velocity = self.series(
+            "Velocity v, mm/s (last 5 ms)",
+            paths::VELOCITY,
+            Some(SERIES_WINDOW),
+        );
+        let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
+        let [lowest, highest] = [joint.min_tilt, joint.max_tilt].map(|t| 1.15 * t.to_degrees());
+        self.range(
+            &tilt,
+            lowest.min(0.0),
+            highest.max(if lowest < 0.0 { 0.0 } else { 1.0 }),
+        );
+        // Squeak grows until the slip just about reverses: its velocity is of the order of the
+        // sliding speed, its displacement no more than that of the lowest mode so excited.
+        let speed = joint.sliding_speed;
+        if let Some(lowest) = joint.modes.first() {
+            let largest = speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            self.range(&displacement, -1e6 * largest, 1e6 * largest);
+        }
+        self.range(&velocity, -2e3 * speed, 2e3 * speed);
+
+        let left = Parts::new().add(0.42, words).add(0.58, body).column();
+        let top = Parts::new()
+            .add(1.0, patch)
+            .add(1.0, portrait)
+            .add(1.0, recurrence)
+            .row();
+        let middle = Parts::new().add(1.62, spectrogram).add(1.0, spectrum).row();
+        let bottom = Parts::new()
+            .add(1.0, displacement)
+            .add(1.0, velocity)
+            .add(1.0, tilt)
+            .row();
+        let right = Parts::new()
+            .add(0.44, top)
+            .add(0.35, middle)
+            .add(0.21, bottom)
+            .column();
+        let screen = Parts::new().add(0.25, left).add(0.75, right);
+        tab("Squeak", screen.row())
+    }
+
+    pub fn contact_tab(
+        &mut self,
+        header: &Header,
+        joint: &JointInfo,
+        spec: RecordSpec,
+    ) -> Option<ContainerLike> {
+        let patch = self.patch(joint);
+        let rate = style::short(1e-3 * spec.patch_rate);
+        let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
+        let counts = self.series(
+            &format!(
+                "Nodes that slide (blue), stick (orange), are open (white); {rate} kHz snapshots"
+            ),
+            paths::NODE_COUNTS,
+            window,
+        );
+        let force = self.series(
+            &format!(
+                "Forces on the ball, N: normal (yellow), friction (pink); {rate} kHz snapshots"
+            ),
+            paths::CONTACT_FORCE,
+            window,
+        );
+        self.range(&force, 0.0, 1.6 * joint.load);
+        let embedding = self.embedding(header, 3.9);
+        let left = Parts::new().add(1.0, patch).add(1.0, embedding).column();
+        let right = Parts::new().add(1.0, counts).add(1.0, force).column();
+        let screen = Parts::new().add(0.45, left).add(0.55, right);
+        tab("Contact", screen.row())
+    }
+
+    pub fn modes_tab(&mut self) -> Option<ContainerLike> {
+        let window = Some(SERIES_WINDOW);
+        let q = self.series(
+            "Modal coordinates, √kg µm (last 5 ms)",
+            paths::MODES_Q,
+            window,
+        );
+        let qdot = self.series(
+            "Modal velocities, √kg mm/s (last 5 ms)",
+            paths::MODES_QDOT,
+            window,
+        );
+        let energy = self.series(
+            "Vibration energy of each mode, µJ (whole run)",
+            paths::MODES_ENERGY,
+            None,
+        );
+        let audit = self.series(
+            "Energy, µJ: stored (blue), friction's work (pink), unaccounted (orange)",
+            paths::ENERGY,
+            None,
+        );
+        let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
+        let left = Parts::new().add(1.0, q).add(1.0, qdot).column();
+        let right = Parts::new().add(1.0, energy).add(1.0, audit).column();
+        let screen = Parts::new().add(1.0, left).add(0.3, key).add(1.0, right);
+        tab("Modes", screen.row())
+    }
+
+    pub fn health_tab(&mut self) -> Option<ContainerLike> {
+        let speed = self.series(
+            "Speed: simulated seconds per second",
+            paths::HEALTH_SPEED,
+            None,
+        );
+        let work = self.series(
+            "Per simulated ms: steps (blue), rejected (orange), right-hand sides (green), transitions (pink)",
+            paths::HEALTH_WORK,
+            None,
+        );
+        let queues = self.series(
+            "Waiting: frames (blue), records (orange); pictures replaced (green)",
+            paths::HEALTH_QUEUES,
+            None,
+        );
+        let audit = self.series(
+            "Energy audit: unaccounted, relative to what was turned over",
+            paths::HEALTH_AUDIT,
+            None,
+        );
+        let left = Parts::new().add(1.0, speed).add(1.0, work).column();
+        let right = Parts::new().add(1.0, queues).add(1.0, audit).column();
+        let plots = Parts::new().add(1.0, left).add(1.0, right).row();
+        let screen = Parts::new().add(0.8, plots).add(0.2, log());
+        tab("Health", screen.column())
+    }
+
+    /// Ball and beam from the side, a little from above.
+    fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
+        let name = format!(
+            "Ball and beam, motion drawn {} times larger",
+            style::short(spec.exaggeration)
+        );
+        let view: ContainerLike = Spatial3DView::new(name)
+            .with_origin(paths::SCENE_3D)
+            .with_contents(
+                [
+                    paths::BODY,
+                    paths::BODY_LEGEND,
+                    paths::LOAD,
+                    paths::ROTATION,
+                    paths::RIM,
+                ]
+                .map(|path| format!("+ /{path}")),
+            )
+            .into();
+        let vertices = &joint.outline.vertices;
+        let lowest = vertices.iter().map(|v| v[2]).fold(-0.2, f64::min);
+        let highest = 3.3 * joint.ball_radius;
+        let middle = 1e3 * 0.5 * (lowest + highest);
+        let distance = 1e3 * 1.12 * (highest - lowest);
+        let eye = [0.80, -0.55, 0.22].map(|c: f64| c * distance);
+        self.eye(
+            &view,
+            [eye[0], eye[1], middle + eye[2]],
+            [0.0, 0.0, middle],
+            [0.0, 0.0, 1.0],
+        );
+        view
+    }
+
+    /// The ball from above, near enough to see the patch at every tilt of the run.
+    fn patch(&mut self, joint: &JointInfo) -> ContainerLike {
+        let name = format!(
+            "Contact patch; circles {}° apart",
+            style::short(patch::circle_step(joint)),
+        );
+        let view: ContainerLike = Spatial3DView::new(name)
+            .with_origin(paths::SCENE_3D)
+            .with_contents(
+                [
+                    paths::NODES,
+                    paths::FRICTION,
+                    paths::RIM,
+                    paths::TILT_CIRCLES,
+                    paths::NODE_KEY,
+                    paths::FRICTION_KEY,
+                    paths::POLE,
+                ]
+                .map(|path| format!("+ /{path}")),
+            )
+            .into();
+        let vantage = Vantage::new(joint);
+        // A little from below, and aimed below the middle to make room for the key.
+        let target = vantage.point([0.0, -0.12, 0.0]);
+        let from = vantage.point([0.0, -0.6, 2.55]);
+        self.eye(&view, from, target, vantage.up());
+        view
+    }
+}

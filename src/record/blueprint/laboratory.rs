@@ -1,0 +1,131 @@
+//! The screens of the signal laboratory: embedding, recurrence, kind of motion.
+
+use rerun::blueprint::{ContainerLike, StateTimelineView};
+
+use super::{Layout, Parts, tab};
+use crate::{
+    pipeline::message::{AnalysisKind, Header},
+    record::{chaos::Chaos, delay::Delay, paths, section::Section},
+};
+
+impl Layout {
+    /// How the motion is rebuilt from one signal, and where it passes through a plane.
+    pub fn embedding_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        let delay = header.has(AnalysisKind::Delay).then(|| {
+            let mutual = self.picture(
+                "Which delay τ? Mutual information",
+                paths::DELAY_MUTUAL,
+                Delay::bounds(),
+            );
+            let neighbours = self.picture(
+                "Which dimension m? False neighbours",
+                paths::DELAY_NEIGHBOURS,
+                Delay::bounds(),
+            );
+            Parts::new().add(1.0, mutual).add(1.0, neighbours).column()
+        });
+        let section = header.has(AnalysisKind::Section).then(|| {
+            let section = self.picture("Poincaré section", paths::SECTION, Section::bounds());
+            let map = self.picture("Return map", paths::RETURN_MAP, Section::bounds());
+            Parts::new().add(1.0, section).add(1.0, map).column()
+        });
+        if delay.is_none() && section.is_none() {
+            return None;
+        }
+        let embedding = self.embedding(header, 5.2);
+        let screen = Parts::new()
+            .add(1.0, delay.flatten())
+            .add(1.2, embedding)
+            .add(0.85, section.flatten());
+        tab("Embedding", screen.row())
+    }
+
+    /// The recurrence plot and its measures.
+    pub fn recurrence_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        if !header.has(AnalysisKind::Quantification) {
+            return None;
+        }
+        let recurrence = self.recurrence(header);
+        let shares = self.many_series(
+            "Shares, 0 to 1: of pairs that recur RR, of these on diagonals DET, on verticals LAM",
+            &[
+                paths::RECURRENCE_RATE,
+                paths::DETERMINISM,
+                paths::LAMINARITY,
+            ],
+        );
+        self.range(&shares, 0.0, 1.05);
+        let diagonals = self.many_series(
+            "Staying together: diagonals, L mean, Lmax longest",
+            &[paths::MEAN_DIAGONAL, paths::LONGEST_DIAGONAL],
+        );
+        let times = self.many_series(
+            "Coming back: period, T1, T2; staying: TT",
+            &[
+                paths::PERIOD,
+                paths::RECURRENCE_TIME_1,
+                paths::RECURRENCE_TIME_2,
+                paths::TRAPPING_TIME,
+            ],
+        );
+        let entropy = self.many_series(
+            "How varied the diagonals are: ENTR; DIV = 1/Lmax",
+            &[paths::ENTROPY, paths::DIVERGENCE_RATE],
+        );
+        let trend = self.many_series("Whether it drifts: TREND of RR", &[paths::TREND]);
+        let middle = Parts::new().add(1.0, diagonals).add(1.0, times).row();
+        let low = Parts::new().add(1.0, entropy).add(1.0, trend).row();
+        let right = Parts::new().add(1.0, shares).add(1.0, middle).add(1.0, low);
+        let screen = Parts::new().add(0.42, recurrence).add(0.58, right.column());
+        tab("Recurrence", screen.row())
+    }
+
+    /// What kind of motion it is, and whether neighbours part.
+    pub fn regime_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        let [verdict, history] = self.regime(header);
+        let chaos = header.has(AnalysisKind::Chaos).then(|| {
+            let divergence = self.picture(
+                "How neighbours part",
+                paths::DIVERGENCE,
+                Chaos::divergence_bounds(),
+            );
+            let path = self.picture(
+                "0-1 test: bounded or wandering?",
+                paths::ZERO_ONE_PICTURE,
+                Chaos::path_bounds(),
+            );
+            let exponent = self.series("Largest exponent λ ± error, 1/s", paths::EXPONENT, None);
+            let zero_one = self.series(
+                "0-1 test: K near 0 regular, near 1 chaotic",
+                paths::ZERO_ONE,
+                None,
+            );
+            self.range(&zero_one, -0.1, 1.1);
+            let pictures = Parts::new().add(1.5, divergence).add(1.0, path).row();
+            let histories = Parts::new().add(1.5, exponent).add(1.0, zero_one).row();
+            [pictures, histories]
+        });
+        let [pictures, histories] = chaos.unwrap_or_default();
+        let right = Parts::new()
+            .add(0.2, history)
+            .add(0.48, pictures)
+            .add(0.32, histories);
+        let screen = Parts::new().add(0.3, verdict).add(0.7, right.column());
+        tab("Kind of motion", screen.row())
+    }
+
+    /// The verdict in words, and its history.
+    fn regime(&mut self, header: &Header) -> [Option<ContainerLike>; 2] {
+        if !header.has(AnalysisKind::Regime) {
+            return [None, None];
+        }
+        let verdict = self.text("Kind of motion", paths::REGIME_VERDICT);
+        let kinds = StateTimelineView::new("Kind of motion").with_origin(paths::REGIME_KIND);
+        let confidence = self.series("How sure, 0 to 1", paths::REGIME_CONFIDENCE, None);
+        self.range(&confidence, 0.0, 1.05);
+        let history = Parts::new()
+            .add(1.5, ContainerLike::from(kinds))
+            .add(1.0, confidence);
+        [Some(verdict), history.row()]
+    }
+}

@@ -1,0 +1,335 @@
+//! The viewer's screen: which views, where, with which ranges and eyes.
+//!
+//! The Rust interface of Rerun has views and containers but no setters for a view's properties
+//! (time range, axis range, legend, bounds, eye). A blueprint is itself a recording, though: a
+//! property is an archetype logged at `view/<id>/<archetype>`. So the blueprint is written to
+//! memory, the properties are added to the same store, and all of it is sent on together.
+
+mod joint;
+mod laboratory;
+mod signal;
+
+use rerun::{
+    Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
+    blueprint::{
+        Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
+        Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
+        TimeSeriesView, Vertical,
+        components::{PanelState, PlayState},
+    },
+    datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
+    external::{
+        re_log_types::BlueprintActivationCommand,
+        re_sdk_types::blueprint::{
+            archetypes::{
+                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, VisibleTimeRanges,
+                VisualBounds2D,
+            },
+            components::{BackgroundKind, Corner2D},
+        },
+    },
+    log::LogMsg,
+};
+
+use super::{
+    error::RecordError, paths, plot::Bounds, recurrence::Recurrence, sink::APPLICATION, spectrum,
+    stream, style,
+};
+use crate::{
+    pipeline::message::{AnalysisKind, Header, Subject},
+    scene::RecordSpec,
+};
+
+/// Simulated seconds a second while playing a joint; a signal plays in [`SIGNAL_PLAYS`].
+const JOINT_SPEED: f64 = 0.01;
+/// Time that a signal takes to play, s.
+const SIGNAL_PLAYS: f64 = 30.0;
+
+/// Sends the layout for a run.
+pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<(), RecordError> {
+    send_turned(rec, header, spec, 0)
+}
+
+/// Sends the layout for a run, the tabs turned so that one of them comes first: the viewer opens
+/// with that.
+pub fn send_turned(
+    rec: &RecordingStream,
+    header: &Header,
+    spec: RecordSpec,
+    first: usize,
+) -> Result<(), RecordError> {
+    let mut layout = Layout::default();
+    let (tabs, speed) = match &header.subject {
+        Subject::Joint(joint) => {
+            let tabs = vec![
+                layout.squeak_tab(header, joint, spec),
+                layout.contact_tab(header, joint, spec),
+                layout.modes_tab(),
+                layout.embedding_tab(header),
+                layout.recurrence_tab(header),
+                layout.regime_tab(header),
+                layout.health_tab(),
+                layout.about_tab(header),
+            ];
+            (tabs, JOINT_SPEED)
+        }
+        Subject::Signal(signal) => {
+            let tabs = vec![
+                layout.signal_tab(header, signal),
+                layout.embedding_tab(header),
+                layout.recurrence_tab(header),
+                layout.regime_tab(header),
+                layout.about_tab(header),
+            ];
+            (tabs, header.duration / SIGNAL_PLAYS)
+        }
+    };
+    let mut tabs: Vec<_> = tabs.into_iter().flatten().collect();
+    tabs.rotate_left(first);
+    let blueprint = Blueprint::new(Tabs::new(tabs))
+        .with_auto_layout(false)
+        .with_auto_views(false)
+        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
+        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
+        .with_time_panel(
+            TimePanel::new()
+                .with_state(PanelState::Collapsed)
+                .with_timeline(paths::TIMELINE)
+                .with_playback_speed(speed)
+                .with_play_state(PlayState::Following),
+        );
+    layout.send(rec, &blueprint)
+}
+
+/// Collects the properties of views while these are laid out.
+#[derive(Default)]
+struct Layout {
+    properties: Vec<(EntityPath, Vec<rerun::SerializedComponentBatch>)>,
+}
+
+impl Layout {
+    /// Adds a property to a view.
+    fn set<A: Archetype + rerun::AsComponents>(&mut self, view: &ContainerLike, property: &A) {
+        if let ContainerLike::View(view) = view {
+            let path = view
+                .blueprint_path()
+                .join(&EntityPath::from_single_string(A::name().short_name()));
+            self.properties
+                .push((path, property.as_serialized_batches()));
+        }
+    }
+
+    /// What the run is, how to read it, and what it had to say besides.
+    fn about_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        let about = self.text("About this recording", paths::ABOUT);
+        // The log of a joint is beside its health.
+        let log = header.joint().is_none().then(log);
+        tab(
+            "About",
+            Parts::new().add(0.85, about).add(0.15, log).column(),
+        )
+    }
+
+    fn text(&mut self, name: &str, path: &str) -> ContainerLike {
+        TextDocumentView::new(name).with_origin(path).into()
+    }
+
+    /// A time series of the last `window` s before the cursor, or of the whole run. A legend
+    /// would cover data: the name says what the colours mean.
+    fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
+        let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
+        if let Some(window) = window {
+            self.set(
+                &view,
+                &VisibleTimeRanges::new([VisibleTimeRange {
+                    timeline: paths::TIMELINE.into(),
+                    range: before_cursor(window),
+                }]),
+            );
+        }
+        self.set(&view, &PlotLegend::new().with_visible(false));
+        view
+    }
+
+    /// Several entities over the whole run, with a legend of their names.
+    fn many_series(&mut self, name: &str, paths: &[&str]) -> ContainerLike {
+        let contents = paths.iter().map(|path| format!("+ /{path}"));
+        let view: ContainerLike = TimeSeriesView::new(name).with_contents(contents).into();
+        self.set(&view, &PlotLegend::new().with_corner(Corner2D::LeftTop));
+        view
+    }
+
+    /// Fixes the vertical range of a time series; an empty range is left to the viewer.
+    fn range(&mut self, view: &ContainerLike, low: f64, high: f64) {
+        if low < high {
+            let range = rerun::components::Range1D::new(low, high);
+            self.set(view, &ScalarAxis::new().with_range(range));
+        }
+    }
+
+    /// A picture with its own axes, shown whole.
+    fn picture(&mut self, name: &str, path: &str, bounds: Bounds) -> ContainerLike {
+        let view: ContainerLike = Spatial2DView::new(name).with_origin(path).into();
+        let range =
+            |[low, high]: [f32; 2]| rerun::datatypes::Range1D([f64::from(low), f64::from(high)]);
+        self.set(
+            &view,
+            &VisualBounds2D::new(rerun::datatypes::Range2D {
+                x_range: range(bounds.x),
+                y_range: range(bounds.y),
+            }),
+        );
+        view
+    }
+
+    /// What the last window sounds like.
+    fn spectrum(&mut self, header: &Header) -> Option<ContainerLike> {
+        let plot = spectrum::spectrum_plot(header);
+        let name = match header.subject {
+            Subject::Joint(_) => "Spectrum of the velocity (lines in kHz)".to_owned(),
+            Subject::Signal(_) => format!("Spectrum (lines in {})", plot.frequency.symbol),
+        };
+        let bounds = plot.plot.bounds();
+        header
+            .has(AnalysisKind::Spectrum)
+            .then(|| self.picture(&name, paths::SPECTRUM, bounds))
+    }
+
+    /// What the run sounded like so far.
+    fn spectrogram(&mut self, header: &Header) -> Option<ContainerLike> {
+        let name = match header.subject {
+            Subject::Joint(_) => "Spectrogram of the velocity",
+            Subject::Signal(_) => "Spectrogram",
+        };
+        let bounds = spectrum::spectrogram_plot(header).plot.bounds();
+        header
+            .has(AnalysisKind::Spectrogram)
+            .then(|| self.picture(name, paths::SPECTROGRAM, bounds))
+    }
+
+    fn recurrence(&mut self, header: &Header) -> Option<ContainerLike> {
+        let name = "Recurrence plot: bright = same again";
+        header
+            .has(AnalysisKind::Recurrence)
+            .then(|| self.picture(name, paths::RECURRENCE, Recurrence::bounds()))
+    }
+
+    /// Delay vectors in their cube, seen from `distance` (half an edge is 1); a narrow view needs
+    /// more of it.
+    fn embedding(&mut self, header: &Header, distance: f64) -> Option<ContainerLike> {
+        if !header.has(AnalysisKind::Recurrence) {
+            return None;
+        }
+        let name = match header.subject {
+            Subject::Joint(_) => "Delay embedding of the displacement",
+            Subject::Signal(_) => "Delay embedding",
+        };
+        let view: ContainerLike = Spatial3DView::new(name)
+            .with_origin(paths::EMBEDDING)
+            .into();
+        let from = [0.57, -0.69, 0.45].map(|c| distance * c);
+        self.eye(&view, from, [0.0; 3], [0.0, 0.0, 1.0]);
+        Some(view)
+    }
+
+    fn eye(&mut self, view: &ContainerLike, from: [f64; 3], to: [f64; 3], up: [f64; 3]) {
+        let [from, to, up] = [from, to, up].map(|v| v.map(|c| c as f32));
+        self.set(
+            view,
+            &EyeControls3D::new()
+                .with_position(from)
+                .with_look_target(to)
+                .with_eye_up(up),
+        );
+        self.set(view, &LineGrid3D::new().with_visible(false));
+        self.set(
+            view,
+            &Background::new(BackgroundKind::SolidColor).with_color(style::BACKGROUND),
+        );
+    }
+
+    /// Joins the blueprint's own messages and the properties, and sends them.
+    fn send(self, rec: &RecordingStream, blueprint: &Blueprint) -> Result<(), RecordError> {
+        let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).memory()?;
+        blueprint.send(&stream, BlueprintActivation::default())?;
+        let mut messages = Vec::new();
+        let mut activation = None;
+        for message in storage.take() {
+            match message {
+                LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
+                message if message.store_id().is_blueprint() => messages.push(message),
+                // The memory recording's own introduction.
+                _ => {}
+            }
+        }
+        let Some(activation): Option<BlueprintActivationCommand> = activation else {
+            return Err(RecordError::Encode(
+                "the blueprint has no activation".to_owned(),
+            ));
+        };
+
+        let store = RecordingStreamBuilder::from_store_id(&activation.blueprint_id);
+        let (stream, storage) = store.memory()?;
+        stream.set_log_tick_enabled(false);
+        stream.set_log_time_enabled(false);
+        stream.set_time_sequence("blueprint", 0);
+        for (path, batches) in self.properties {
+            stream.log_serialized_batches(path, false, batches)?;
+        }
+        let properties = storage.take().into_iter();
+        messages.extend(properties.filter(|m| matches!(m, LogMsg::ArrowMsg(..))));
+        rec.send_blueprint(messages, activation);
+        Ok(())
+    }
+}
+
+/// Warnings and the summary.
+fn log() -> ContainerLike {
+    TextLogView::new("Log").with_origin(paths::LOG).into()
+}
+
+/// A tab, unless there is nothing to put there.
+fn tab(name: &str, content: Option<ContainerLike>) -> Option<ContainerLike> {
+    Some(Vertical::new([content?]).with_name(name).into())
+}
+
+/// Views of a row or column with their shares of it. One that is not there takes no room.
+#[derive(Default)]
+struct Parts {
+    views: Vec<ContainerLike>,
+    shares: Vec<f32>,
+}
+
+impl Parts {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn add(mut self, share: f32, view: impl Into<Option<ContainerLike>>) -> Self {
+        if let Some(view) = view.into() {
+            self.views.push(view);
+            self.shares.push(share);
+        }
+        self
+    }
+
+    /// Side by side; `None` if there is nothing.
+    fn row(self) -> Option<ContainerLike> {
+        let Self { views, shares } = self;
+        (!views.is_empty()).then(|| Horizontal::new(views).with_column_shares(shares).into())
+    }
+
+    /// One below the other; `None` if there is nothing.
+    fn column(self) -> Option<ContainerLike> {
+        let Self { views, shares } = self;
+        (!views.is_empty()).then(|| Vertical::new(views).with_row_shares(shares).into())
+    }
+}
+
+/// The last `window` s before the time cursor.
+fn before_cursor(window: f64) -> TimeRange {
+    TimeRange {
+        start: TimeRangeBoundary::CursorRelative(TimeInt(-stream::nanos(window))),
+        end: TimeRangeBoundary::AT_CURSOR,
+    }
+}

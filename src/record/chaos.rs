@@ -1,0 +1,206 @@
+//! Chaos from the signal alone: how neighbours part, the exponent of it, and the 0-1 test.
+
+use rerun::{RecordingStream, Scalars, SeriesLines, SeriesPoints};
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    samples::name_series,
+    stream,
+    style::{self, Quantity, short},
+};
+use crate::{
+    analysis::{Divergence, ZeroOne},
+    pipeline::message::Subject,
+};
+
+/// Size of the field of the divergence, pixels.
+const DIVERGENCE: [f32; 2] = [400.0, 210.0];
+/// Side of the field of the 0-1 test, pixels, and how many points its path is drawn from the start.
+const PATH_SIDE: f32 = 220.0;
+const PATH_POINTS: usize = 1000;
+
+/// Draws the search for chaos.
+#[derive(Debug)]
+pub struct Chaos {
+    quantity: Quantity,
+    divergence: Axes,
+    path: Axes,
+}
+
+impl Chaos {
+    /// Names the series.
+    pub fn new(rec: &RecordingStream, subject: &Subject) -> Result<Self, RecordError> {
+        let faint = style::faded(style::SIGNAL, 0.5);
+        name_series(
+            rec,
+            paths::EXPONENT,
+            ["λ − error, 1/s", "λ, 1/s", "λ + error, 1/s"].map(str::to_owned),
+            [faint, style::SIGNAL, faint],
+        )?;
+        let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8]);
+        rec.log_static(paths::EXPONENT, &widths)?;
+        // A value between gaps has no line.
+        let points = SeriesPoints::new()
+            .with_colors([faint, style::SIGNAL, faint])
+            .with_marker_sizes([1.0, 2.5, 1.0]);
+        rec.log_static(paths::EXPONENT, &points)?;
+        name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
+        Ok(Self {
+            quantity: Quantity::displacement(subject),
+            divergence: Axes::default(),
+            path: Axes::default(),
+        })
+    }
+
+    /// What the view of the divergence must show.
+    pub fn divergence_bounds() -> Bounds {
+        let axis = || Axis::linear("", 0.0, 1.0, 1);
+        divergence_plot(axis(), axis()).bounds()
+    }
+
+    /// What the view of the path of the 0-1 test must show.
+    pub fn path_bounds() -> Bounds {
+        path_plot(1.0, "").bounds()
+    }
+
+    /// Draws the results of a window that ends at `time` (s), of samples `dt` (s) apart.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        divergence: &Divergence,
+        zero_one: &ZeroOne,
+    ) -> Result<(), RecordError> {
+        self.draw_divergence(rec, time, dt, divergence)?;
+        self.draw_path(rec, time, zero_one)?;
+        // No straight part, no exponent: a gap.
+        let region = divergence.region;
+        let [slope, error] = region.map_or([f64::NAN; 2], |r| [r.slope / dt, r.error / dt]);
+        let row = Scalars::new([slope - error, slope, slope + error]);
+        stream::log_at(rec, paths::EXPONENT, time, &row)?;
+        stream::log_at(rec, paths::ZERO_ONE, time, &Scalars::single(zero_one.k))
+    }
+
+    fn draw_divergence(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        divergence: &Divergence,
+    ) -> Result<(), RecordError> {
+        // Logarithms of SI values become logarithms of values in the unit drawn.
+        let unit = self.quantity.unit(1.0);
+        let shift = unit.per_si.ln();
+        let curve = divergence.curve.iter().map(|value| value + shift);
+        let curve: Vec<f64> = curve.collect();
+        let finite = || curve.iter().filter(|value| value.is_finite());
+        let low = finite().fold(f64::INFINITY, |a, b| a.min(*b)).floor();
+        let high = finite().fold(f64::NEG_INFINITY, |a, b| a.max(*b)).ceil();
+        let (low, high) = if low < high { (low, high) } else { (-1.0, 1.0) };
+        let last = curve.len().saturating_sub(1).max(1);
+        let time_unit = Quantity::Time.unit(dt * last as f64);
+        let after = |samples: usize| time_unit.per_si * dt * samples as f64;
+        let divisor = match unit.symbol.as_str() {
+            "" => String::new(),
+            symbol => format!(" / {symbol}"),
+        };
+        let plot = divergence_plot(
+            Axis::linear(format!("time, {}", time_unit.symbol), 0.0, after(last), 5),
+            Axis::linear(
+                format!("mean ln(distance of neighbours{divisor})"),
+                low,
+                high,
+                4,
+            ),
+        );
+        self.divergence
+            .draw(rec, paths::DIVERGENCE_AXES, time, &plot)?;
+        let points = curve.iter().enumerate();
+        let points = points.filter(|(_, value)| value.is_finite());
+        plot.draw_curve(
+            rec,
+            paths::DIVERGENCE_CURVE,
+            time,
+            points.map(|(k, value)| [after(k), *value]),
+            (style::SIGNAL, 1.2),
+        )?;
+        let line = divergence.region.map(|region| {
+            let at = |k: usize| [after(k), region.intercept + region.slope * k as f64 + shift];
+            [at(region.from), at(region.to)]
+        });
+        plot.draw_curve(
+            rec,
+            paths::DIVERGENCE_LINE,
+            time,
+            line.into_iter().flatten(),
+            (style::ACCENT, 2.4),
+        )?;
+        let words = match divergence.region {
+            Some(region) => format!(
+                "largest exponent λ = {} ± {} per s",
+                short(region.slope / dt),
+                short(region.error / dt),
+            ),
+            None => "no straight part: no exponent".to_owned(),
+        };
+        plot.draw_caption(rec, paths::DIVERGENCE_CAPTION, time, &words)
+    }
+
+    fn draw_path(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        zero_one: &ZeroOne,
+    ) -> Result<(), RecordError> {
+        let path = &zero_one.path[..zero_one.path.len().min(PATH_POINTS)];
+        let span = |c: usize| {
+            let values = || path.iter().map(|point| point[c]);
+            let low = values().fold(f64::INFINITY, f64::min);
+            let high = values().fold(f64::NEG_INFINITY, f64::max);
+            if low <= high { [low, high] } else { [0.0; 2] }
+        };
+        let spans = [span(0), span(1)];
+        let middle = spans.map(|[low, high]| 0.5 * (low + high));
+        let half = spans.map(|[low, high]| 0.5 * (high - low));
+        let half = half[0].max(half[1]).max(1e-12);
+        let unit = self.quantity.unit(half);
+        let plot = path_plot(style::round_up(unit.per_si * half), &unit.symbol);
+        self.path.draw(rec, paths::ZERO_ONE_AXES, time, &plot)?;
+        plot.draw_curve(
+            rec,
+            paths::ZERO_ONE_PATH,
+            time,
+            path.iter()
+                .map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.per_si * c)),
+            (style::SIGNAL, 0.7),
+        )?;
+        let words = format!("K = {}", short(zero_one.k));
+        plot.draw_caption(rec, paths::ZERO_ONE_CAPTION, time, &words)
+    }
+}
+
+fn divergence_plot(x: Axis, y: Axis) -> Plot {
+    Plot {
+        width: DIVERGENCE[0],
+        height: DIVERGENCE[1],
+        head: CAPTION_HEIGHT,
+        x,
+        y,
+        grid: true,
+    }
+}
+
+fn path_plot(full: f64, unit: &str) -> Plot {
+    let axis = |name| Axis::linear(style::with_unit(name, unit), -full, full, 4);
+    Plot {
+        width: PATH_SIDE,
+        height: PATH_SIDE,
+        head: CAPTION_HEIGHT,
+        x: axis("p, from the middle"),
+        y: axis("q, from the middle"),
+        grid: true,
+    }
+}

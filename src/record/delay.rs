@@ -1,0 +1,150 @@
+//! How the delay embedding is chosen (Fig. 8): average mutual information over the lag, and false
+//! nearest neighbours over the dimension.
+
+use rerun::RecordingStream;
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    style::{self, Quantity, short},
+};
+use crate::analysis::{DelayChoice, LagReason};
+
+/// Size of both fields, pixels.
+const SIZE: [f32; 2] = [400.0, 210.0];
+
+/// Draws choices of lag and dimension.
+#[derive(Debug, Default)]
+pub struct Delay {
+    mutual: Axes,
+    neighbours: Axes,
+}
+
+impl Delay {
+    /// What both views must show.
+    pub fn bounds() -> Bounds {
+        plot(Axis::linear("", 0.0, 1.0, 1), Axis::linear("", 0.0, 1.0, 1)).bounds()
+    }
+
+    /// Draws the choice of a window that ends at `time` (s), of samples `dt` (s) apart.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        choice: &DelayChoice,
+    ) -> Result<(), RecordError> {
+        self.draw_mutual(rec, time, dt, choice)?;
+        self.draw_neighbours(rec, time, dt, choice)
+    }
+
+    fn draw_mutual(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        choice: &DelayChoice,
+    ) -> Result<(), RecordError> {
+        let bits = &choice.mutual.bits;
+        let unit = Quantity::Time.unit(dt * bits.len() as f64);
+        let lag = |samples: usize| unit.per_si * dt * samples as f64;
+        let largest = bits.len().saturating_sub(1).max(1);
+        let top = bits.iter().fold(1e-3, |a: f64, b| a.max(*b));
+        let plot = plot(
+            Axis::linear(format!("lag, {}", unit.symbol), 0.0, lag(largest), 5),
+            Axis::linear(
+                "average mutual information, bits",
+                0.0,
+                style::round_up(top),
+                4,
+            ),
+        );
+        self.mutual
+            .draw(rec, paths::DELAY_MUTUAL_AXES, time, &plot)?;
+        let curve = bits.iter().enumerate().map(|(k, bits)| [lag(k), *bits]);
+        plot.draw_curve(
+            rec,
+            paths::DELAY_MUTUAL_CURVE,
+            time,
+            curve,
+            (style::SIGNAL, 1.2),
+        )?;
+        let height = bits.get(choice.lag).copied().unwrap_or(0.0);
+        let chosen = [lag(choice.lag), height];
+        plot.draw_stem(rec, paths::DELAY_MUTUAL_CHOSEN, time, chosen)?;
+        let why = match choice.reason {
+            LagReason::FirstMinimum => "first minimum",
+            LagReason::FirstDecay => "first below 1/e; no minimum",
+            LagReason::Largest => "the largest tried; no minimum, no decay",
+        };
+        let words = format!(
+            "τ = {} {} ({} samples): {why}",
+            short(chosen[0]),
+            unit.symbol,
+            choice.lag
+        );
+        plot.draw_caption(rec, paths::DELAY_MUTUAL_CAPTION, time, &words)
+    }
+
+    fn draw_neighbours(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        choice: &DelayChoice,
+    ) -> Result<(), RecordError> {
+        let share = &choice.neighbours.share;
+        let last = share.len().max(1);
+        let plot = plot(
+            Axis {
+                ticks: (1..=last).map(|m| m as f64).collect(),
+                ..Axis::linear("embedding dimension m", 0.5, last as f64 + 0.5, last)
+            },
+            Axis::linear("false nearest neighbours, %", 0.0, 100.0, 4),
+        );
+        self.neighbours
+            .draw(rec, paths::DELAY_NEIGHBOURS_AXES, time, &plot)?;
+        let points: Vec<_> = share
+            .iter()
+            .enumerate()
+            .map(|(k, share)| [k as f64 + 1.0, 1e2 * share])
+            .collect();
+        plot.draw_curve(
+            rec,
+            paths::DELAY_NEIGHBOURS_CURVE,
+            time,
+            points.iter().copied(),
+            (style::SIGNAL, 1.2),
+        )?;
+        plot.draw_points(
+            rec,
+            paths::DELAY_NEIGHBOURS_POINTS,
+            time,
+            points.iter().copied(),
+            (style::SIGNAL, 3.0),
+        )?;
+        let index = choice.dimension.saturating_sub(1);
+        let chosen = points.get(index).copied().unwrap_or([1.0, 0.0]);
+        plot.draw_stem(rec, paths::DELAY_NEIGHBOURS_CHOSEN, time, chosen)?;
+        let words = format!(
+            "m = {}: {} % false{}; Theiler window {}",
+            choice.dimension,
+            short(chosen[1]),
+            if choice.unfolded { "" } else { ", the least" },
+            Quantity::Time.words(dt * choice.theiler as f64),
+        );
+        plot.draw_caption(rec, paths::DELAY_NEIGHBOURS_CAPTION, time, &words)
+    }
+}
+
+fn plot(x: Axis, y: Axis) -> Plot {
+    Plot {
+        width: SIZE[0],
+        height: SIZE[1],
+        head: CAPTION_HEIGHT,
+        x,
+        y,
+        grid: true,
+    }
+}

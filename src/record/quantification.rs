@@ -1,0 +1,115 @@
+//! Recurrence quantification along time: one series a measure, those of one kind in one view.
+
+use rerun::{RecordingStream, Scalars};
+
+use super::{error::RecordError, paths, samples::name_series, stream, style, style::Quantity};
+use crate::analysis::Measures;
+
+/// Durations longer than this many states are told in the larger unit.
+const LONG: f64 = 1e3;
+
+/// Draws measures.
+#[derive(Debug, Default)]
+pub struct Quantification {
+    /// Units of short times, long times and rates; known with the first measures.
+    units: Option<Units>,
+}
+
+/// How many of the unit of a series make the SI unit.
+#[derive(Clone, Copy, Debug)]
+struct Units {
+    short: f64,
+    long: f64,
+}
+
+impl Quantification {
+    /// Draws the measures of a window that ends at `time` (s), of states `dt` (s) apart; `period`
+    /// in s. What is not defined leaves a gap.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        dt: f64,
+        measures: &Measures,
+        period: Option<f64>,
+    ) -> Result<(), RecordError> {
+        let units = match self.units {
+            Some(units) => units,
+            None => name_measures(rec, dt)?,
+        };
+        self.units = Some(units);
+        let short = |states: f64| units.short * dt * states;
+        let long = |states: f64| units.long * dt * states;
+        let rows = [
+            (paths::RECURRENCE_RATE, Some(measures.recurrence_rate)),
+            (paths::DETERMINISM, measures.determinism),
+            (paths::LAMINARITY, measures.laminarity),
+            (paths::MEAN_DIAGONAL, measures.mean_diagonal.map(long)),
+            (
+                paths::LONGEST_DIAGONAL,
+                Some(long(measures.longest_diagonal as f64)),
+            ),
+            (paths::TRAPPING_TIME, measures.trapping_time.map(short)),
+            (
+                paths::RECURRENCE_TIME_1,
+                measures.recurrence_time_1.map(short),
+            ),
+            (
+                paths::RECURRENCE_TIME_2,
+                measures.recurrence_time_2.map(short),
+            ),
+            (paths::PERIOD, period.map(|period| units.short * period)),
+            (paths::ENTROPY, measures.entropy),
+            (
+                paths::DIVERGENCE_RATE,
+                measures.divergence.map(|div| div / (units.long * dt)),
+            ),
+            // Per thousand states, so per that many durations of one.
+            (
+                paths::TREND,
+                measures.trend.map(|trend| trend / (1e3 * units.long * dt)),
+            ),
+        ];
+        for (path, value) in rows {
+            let value = value.unwrap_or(f64::NAN);
+            stream::log_at(rec, path, time, &Scalars::single(value))?;
+        }
+        Ok(())
+    }
+}
+
+/// Names the series, once the spacing of the states (s) is known.
+fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
+    let short = Quantity::Time.unit(dt);
+    let long = Quantity::Time.unit(LONG * dt);
+    let (s, l) = (&short.symbol, &long.symbol);
+    let series = [
+        (paths::RECURRENCE_RATE, "RR".to_owned(), style::SIGNAL),
+        (paths::DETERMINISM, "DET".to_owned(), style::ACCENT),
+        (paths::LAMINARITY, "LAM".to_owned(), style::ROTATION),
+        (paths::MEAN_DIAGONAL, format!("L, {l}"), style::SIGNAL),
+        (paths::LONGEST_DIAGONAL, format!("Lmax, {l}"), style::ACCENT),
+        (paths::TRAPPING_TIME, format!("TT, {s}"), style::SIGNAL),
+        (
+            paths::RECURRENCE_TIME_1,
+            format!("T1, {s}"),
+            style::ROTATION,
+        ),
+        (
+            paths::RECURRENCE_TIME_2,
+            format!("T2, {s}"),
+            style::FRICTION,
+        ),
+        (paths::PERIOD, format!("period, {s}"), style::ACCENT),
+        (paths::ENTROPY, "ENTR, nats".to_owned(), style::SIGNAL),
+        (paths::DIVERGENCE_RATE, format!("DIV, 1/{l}"), style::ACCENT),
+        (paths::TREND, format!("TREND, 1/{l}"), style::FRICTION),
+    ];
+    for (path, name, color) in series {
+        name_series(rec, path, [name], [color])?;
+    }
+    Ok(Units {
+        short: short.per_si,
+        long: long.per_si,
+    })
+}

@@ -1,0 +1,124 @@
+//! The kind of motion: its history as coloured states, how sure it is, and the evidence in words.
+
+use rerun::{RecordingStream, Scalars, StateChange, StateConfiguration, TextDocument};
+
+use super::{error::RecordError, paths, samples::name_series, stream, style};
+use crate::{
+    analysis::{Regime, Verdict},
+    pipeline::message::Header,
+};
+
+/// All kinds, in the order of the key.
+const KINDS: [Regime; 7] = [
+    Regime::Silent,
+    Regime::Transient,
+    Regime::Periodic,
+    Regime::QuasiPeriodic,
+    Regime::Chaotic,
+    Regime::Noise,
+    Regime::Unsure,
+];
+
+/// Names kinds and series.
+pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
+    let kinds = StateConfiguration::new()
+        .with_values(KINDS.map(|kind| kind.to_string()))
+        .with_colors(KINDS.map(style::regime));
+    rec.log_static(paths::REGIME_KIND, &kinds)?;
+    name_series(
+        rec,
+        paths::REGIME_CONFIDENCE,
+        ["confidence".to_owned()],
+        [style::SIGNAL],
+    )
+}
+
+/// Draws the verdict on a window of `window` (s) that ends at `time` (s).
+pub fn draw_verdict(
+    rec: &RecordingStream,
+    header: &Header,
+    time: f64,
+    window: f64,
+    verdict: &Verdict,
+) -> Result<(), RecordError> {
+    // Told even if it is the same: the history reaches as far as its last row.
+    let kind = StateChange::single(verdict.regime.to_string());
+    stream::log_at(rec, paths::REGIME_KIND, time, &kind)?;
+    let confidence = Scalars::single(verdict.confidence);
+    stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidence)?;
+    let text = document(header, time, window, verdict);
+    let document = TextDocument::from_markdown(text);
+    stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
+}
+
+/// The verdict as a heading with a line on how sure it is.
+fn heading(verdict: &Verdict) -> String {
+    let name = verdict.regime.to_string();
+    let mut letters = name.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    let name: String = first.chain(letters).collect();
+    format!("## {name}\n\n**{:.0} % sure**", 1e2 * verdict.confidence)
+}
+
+/// The verdict with the strongest evidence in words.
+pub fn words(verdict: &Verdict) -> String {
+    let strongest = verdict.evidence.iter().take(3);
+    let words: String = strongest.map(|e| format!("* {}\n", e.words)).collect();
+    format!("{}\n\n{words}", heading(verdict))
+}
+
+/// The verdict with its evidence, strongest first.
+fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
+    let rows: String = verdict
+        .evidence
+        .iter()
+        .map(|evidence| {
+            format!(
+                "| {} | {} | {} | {:.2} |\n",
+                evidence.what,
+                style::short(evidence.value),
+                evidence.kinds(),
+                evidence.weight,
+            )
+        })
+        .collect();
+    let words: String = verdict
+        .evidence
+        .iter()
+        .map(|evidence| format!("* {}\n", evidence.words))
+        .collect();
+    format!(
+        "{heading}, from the {window} before {now}.\n\n\
+         | evidence | value | speaks for | weight |\n|---|---|---|---|\n{rows}\n{words}",
+        heading = heading(verdict),
+        window = style::Quantity::Time.words(window),
+        now = style::moment(header, time),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{analysis::Evidence, record::demo};
+
+    #[test]
+    fn a_verdict_reads_well() {
+        let verdict = Verdict {
+            regime: Regime::QuasiPeriodic,
+            confidence: 0.874,
+            evidence: vec![Evidence {
+                what: "0-1 test",
+                value: 0.0213,
+                says: &[Regime::Periodic, Regime::QuasiPeriodic],
+                weight: 0.5,
+                words: "K = 0.02: regular.".to_owned(),
+            }],
+        };
+        let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
+        assert!(
+            text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
+        );
+        assert!(text.contains("| 0-1 test | 0.0213 | periodic or quasi-periodic | 0.50 |\n"));
+        assert!(text.ends_with("* K = 0.02: regular.\n"));
+    }
+}

@@ -1,0 +1,390 @@
+//! One method after another, on one signal.
+
+use super::{
+    FEWEST_SAMPLES, MOST_NONLINEAR, MeasuresAt, NamedLine, RecurrenceImage, RecurrenceReport,
+    SignalReport, SignalSearch,
+};
+use crate::analysis::{
+    AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
+    DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, Line, LineCriterion, Measures, Norm,
+    RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SpectrumAnalyser, Stft, Threshold,
+    Window, ZeroOneTest, choose_delay, classify, clusters, delay_section, divergence,
+    false_neighbours, find_threshold, name_lines, quantify, section_shape, zero_one,
+};
+use crate::import::Signal;
+
+/// Standard uncertainty of a line's frequency, bins.
+const LINE_UNCERTAINTY: f64 = 0.25;
+
+/// About so many columns make a spectrogram.
+const COLUMNS: usize = 400;
+
+/// Share of the pairs that is recurrent, unless the user says otherwise.
+const RECURRENCE_RATE: f64 = 0.05;
+
+/// States that a lag has at least, as long as the samples are fine enough.
+const STATES_A_LAG: usize = 12;
+
+/// States of the recurrence plot that is quantified.
+const MOST_STATES: usize = 10_000;
+
+/// States of a window along the signal, and how many windows.
+const WINDOW_STATES: usize = 1000;
+const WINDOWS: usize = 120;
+
+/// Shortest lines that count as such, states.
+const SHORTEST_LINE: usize = 2;
+
+/// Points along a side of the picture, and how many periods it shows.
+const PICTURE: usize = 480;
+const PICTURE_PERIODS: f64 = 12.0;
+
+/// Passages whose shape is told.
+const MOST_PASSAGES: usize = 2000;
+
+/// Dimension of the points of a section, Fig. 10.
+const SECTION_DIMENSION: usize = 3;
+
+/// Radius of Kantz's method over the deviation, for few samples and for many.
+const KANTZ_RADII: [f64; 2] = [0.05, 0.02];
+const MANY_SAMPLES: usize = 50_000;
+
+/// Analyses a signal; `progress` is told the share done, 0 to 1, and the step's name, and says
+/// whether to go on. `None` if it says no.
+///
+/// # Errors
+/// [`AnalysisError::TooShort`] below [`FEWEST_SAMPLES`], [`AnalysisError::Constant`] if nothing
+/// moves, and what a method says of a lag, a dimension or a threshold that it cannot work with.
+pub fn analyse_signal(
+    signal: Signal,
+    search: &SignalSearch,
+    progress: &mut dyn FnMut(f64, &'static str) -> bool,
+) -> Result<Option<SignalReport>, AnalysisError> {
+    match run(signal, search, progress) {
+        Ok(report) => Ok(Some(report)),
+        Err(End::Stopped) => Ok(None),
+        Err(End::Failed(error)) => Err(error),
+    }
+}
+
+/// Why an analysis ends early.
+enum End {
+    Stopped,
+    Failed(AnalysisError),
+}
+
+impl From<AnalysisError> for End {
+    fn from(error: AnalysisError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+fn run(
+    signal: Signal,
+    search: &SignalSearch,
+    progress: &mut dyn FnMut(f64, &'static str) -> bool,
+) -> Result<SignalReport, End> {
+    let samples = &signal.samples[..];
+    if samples.len() < FEWEST_SAMPLES {
+        return Err(End::Failed(AnalysisError::TooShort {
+            what: "analysis of a signal",
+            have: samples.len(),
+            need: FEWEST_SAMPLES,
+        }));
+    }
+    if samples.iter().all(|x| *x == samples[0]) {
+        return Err(End::Failed(AnalysisError::Constant));
+    }
+    let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
+    let mut step = |share, name| match progress(share, name) {
+        true => Ok(()),
+        false => Err(End::Stopped),
+    };
+    step(0.0, "spectrum")?;
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
+    let lines = spectrum.lines(&LineCriterion::default());
+    let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
+    let named = lines.iter().zip(&naming.names).map(|(&line, &name)| {
+        let misfit = |name| line.frequency - naming.bases.frequency(name);
+        NamedLine {
+            line,
+            name,
+            misfit: name.map(misfit),
+        }
+    });
+    let named = named.collect();
+    let floor_share = spectrum.floor_share();
+    step(0.05, "spectrogram")?;
+    let spectrogram = spectrogram(&signal)?;
+    step(0.15, "lag and dimension")?;
+    let delay = delay(newest, search)?;
+    step(0.35, "recurrence")?;
+    let plan = Plan::new(&delay, search, newest.len());
+    let mut recurrence = plan.quantify(&signal, newest, period_of(&lines, &delay, signal.rate))?;
+    step(0.55, "recurrence along the signal")?;
+    recurrence.along = plan.along(&signal)?;
+    step(0.65, "section")?;
+    let (section, level) = section(newest, delay.lag)?;
+    let points: Vec<[f64; 2]> = section.iter().map(|c| [c.point[0], c.point[2]]).collect();
+    let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
+    let extent = extent(newest);
+    let (groups, shape) = (clusters(&points, extent), section_shape(&points, extent));
+    step(0.7, "divergence (Rosenstein)")?;
+    let rosenstein = parting(newest, &delay, DivergenceMethod::Rosenstein)?;
+    step(0.78, "divergence (Kantz)")?;
+    let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
+    let kantz = parting(newest, &delay, DivergenceMethod::Kantz { radius })?;
+    step(0.88, "0-1 test")?;
+    let stride = ZeroOneTest::stride_for(newest).max(delay.lag);
+    let stride = stride.min((newest.len() / ZeroOneTest::FEWEST_SAMPLES).max(1));
+    let zero_one = zero_one(newest, &ZeroOneTest::with_stride(stride))?;
+    step(0.94, "kind of motion")?;
+    let verdict = classify(
+        newest,
+        &RegimeSearch {
+            sample_rate: signal.rate,
+            silence: 0.0,
+        },
+    )?;
+    step(1.0, "done")?;
+    let nonlinear_samples = newest.len();
+    Ok(SignalReport {
+        signal,
+        spectrum,
+        lines: named,
+        naming,
+        floor_share,
+        spectrogram,
+        delay,
+        recurrence,
+        section,
+        clusters: groups,
+        shape,
+        level,
+        rosenstein,
+        kantz,
+        zero_one,
+        zero_one_stride: stride,
+        verdict,
+        nonlinear_samples,
+    })
+}
+
+/// The window of a spectrogram of so many samples.
+pub(super) fn spectrogram_window(count: usize) -> usize {
+    let length = (2.0 * (count as f64).sqrt()) as usize;
+    length.next_power_of_two().clamp(64, 8192).min(count)
+}
+
+fn spectrogram(signal: &Signal) -> Result<Vec<Column>, AnalysisError> {
+    let count = signal.samples.len();
+    let length = spectrogram_window(count);
+    let hop = ((count - length) as f64 / COLUMNS as f64).max(length as f64 / 8.0);
+    let mut columns = Vec::new();
+    Stft::new(Window::Hann, length, hop, signal.rate).push(&signal.samples, |column| {
+        columns.push(column);
+        Ok::<(), AnalysisError>(())
+    })?;
+    Ok(columns)
+}
+
+/// Lag and dimension, each chosen or given.
+fn delay(samples: &[f64], search: &SignalSearch) -> Result<DelayChoice, AnalysisError> {
+    let rules = DelaySearch::for_samples(samples.len());
+    let mut choice = choose_delay(samples, &rules)?;
+    if let Some(lag) = search.lag {
+        choice.lag = lag;
+        choice.theiler = choice.theiler.max(lag);
+        let again = FalseNeighbourSearch::new(lag, rules.largest_dimension, choice.theiler);
+        choice.neighbours = false_neighbours(samples, &again)?;
+        if let Some(dimension) = choice.neighbours.dimension(rules.false_share) {
+            choice.dimension = dimension;
+        }
+    }
+    if let Some(dimension) = search.dimension {
+        choice.dimension = dimension;
+    }
+    let shares = choice
+        .neighbours
+        .share
+        .get(choice.dimension.wrapping_sub(1));
+    choice.unfolded = shares.is_some_and(|share| *share <= rules.false_share);
+    Ok(choice)
+}
+
+/// The period that a picture is scaled by, samples: that of the strongest line, or else four
+/// lags, as a quarter of a period is where the mutual information has its first minimum.
+pub(super) fn period_of(lines: &[Line], delay: &DelayChoice, rate: f64) -> f64 {
+    lines
+        .first()
+        .map_or(4.0 * delay.lag as f64, |line| rate / line.frequency)
+}
+
+/// How states are taken for recurrence.
+pub(super) struct Plan {
+    /// Every so many samples one.
+    pub stride: usize,
+    /// Delay, states.
+    pub lag: usize,
+    pub dimension: usize,
+    pub rule: RecurrenceRule,
+}
+
+impl Plan {
+    pub fn new(delay: &DelayChoice, search: &SignalSearch, samples: usize) -> Self {
+        // A short signal keeps all its samples.
+        let affordable = (samples / WINDOW_STATES).max(1);
+        let stride = (delay.lag / STATES_A_LAG).clamp(1, affordable);
+        let lag = (delay.lag as f64 / stride as f64).round() as usize;
+        Self {
+            stride,
+            lag,
+            dimension: delay.dimension,
+            rule: RecurrenceRule {
+                norm: Norm::Euclidean,
+                threshold: search.threshold.unwrap_or(Threshold::Rate(RECURRENCE_RATE)),
+                theiler: lag,
+            },
+        }
+    }
+
+    /// Samples of which so many states are made.
+    fn samples_for(&self, states: usize) -> usize {
+        DelayVectors::samples_for(states, self.lag, self.dimension)
+    }
+
+    /// Quantifies the newest states; what goes along the signal is left empty.
+    fn quantify(
+        &self,
+        signal: &Signal,
+        newest: &[f64],
+        period: f64,
+    ) -> Result<RecurrenceReport, AnalysisError> {
+        let taken = thinned(newest, self.stride);
+        let taken = &taken[taken.len().saturating_sub(self.samples_for(MOST_STATES))..];
+        let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
+        let (epsilon, rule) = match self.rule.threshold {
+            Threshold::Neighbours(_) => (None, self.rule),
+            _ => {
+                let epsilon = find_threshold(&vectors, &self.rule)?;
+                let threshold = Threshold::Distance(epsilon);
+                (
+                    Some(epsilon),
+                    RecurrenceRule {
+                        threshold,
+                        ..self.rule
+                    },
+                )
+            }
+        };
+        let counts = quantify(&vectors, &rule)?;
+        let seconds = self.stride as f64 / signal.rate;
+        Ok(RecurrenceReport {
+            rule: self.rule,
+            epsilon,
+            stride: self.stride,
+            lag: self.lag,
+            measures: counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted),
+            period: counts.period().map(|states| states * seconds),
+            counts,
+            along: Vec::new(),
+            picture: self.picture(signal, newest, period)?,
+        })
+    }
+
+    /// The newest periods as a picture.
+    fn picture(
+        &self,
+        signal: &Signal,
+        newest: &[f64],
+        period: f64,
+    ) -> Result<RecurrenceImage, AnalysisError> {
+        let vectors = DelayVectors::new(newest, self.lag * self.stride, self.dimension)?;
+        let span = (PICTURE_PERIODS * period) as usize;
+        let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
+        let size = PICTURE.min(vectors.len());
+        let first = vectors.len() - 1 - (size - 1) * hop;
+        let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
+        let mut plot = RecurrencePlot::new();
+        plot.measure(&vectors, &picks);
+        let rate = match self.rule.threshold {
+            Threshold::Rate(rate) => rate,
+            _ => RECURRENCE_RATE,
+        };
+        let epsilon = plot.distance_for_rate(rate);
+        // The newest coordinate says when a state is.
+        let ahead = newest.len() - vectors.len();
+        let offset = signal.samples.len() - newest.len() + ahead;
+        let time = |pick: usize| signal.time(offset + pick);
+        Ok(RecurrenceImage {
+            size,
+            span: [time(first), time(vectors.len() - 1)],
+            distance: plot.distance_picture(),
+            recurrent: plot.recurrence_picture(epsilon),
+        })
+    }
+
+    /// Measures of windows along the whole signal. A window in which nothing moves has none.
+    fn along(&self, signal: &Signal) -> Result<Vec<MeasuresAt>, AnalysisError> {
+        let taken = thinned(&signal.samples, self.stride);
+        let length = self.samples_for(WINDOW_STATES).min(taken.len() / 3);
+        if length < self.samples_for(2) {
+            return Ok(Vec::new());
+        }
+        let room = taken.len() - length;
+        let windows = WINDOWS.min(room + 1);
+        let mut along = Vec::with_capacity(windows);
+        for k in 0..windows {
+            let first = room * k / (windows - 1).max(1);
+            let measures = self.measures(&taken[first..first + length])?;
+            let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
+            along.extend(measures.map(|measures| MeasuresAt {
+                time: signal.start + centre / signal.rate,
+                measures,
+            }));
+        }
+        Ok(along)
+    }
+
+    fn measures(&self, window: &[f64]) -> Result<Option<Measures>, AnalysisError> {
+        if window.iter().all(|x| *x == window[0]) {
+            return Ok(None);
+        }
+        let vectors = DelayVectors::new(window, self.lag, self.dimension)?;
+        let counts = quantify(&vectors, &self.rule)?;
+        let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
+        Ok(Some(measures))
+    }
+}
+
+/// Every so many samples one, the newest among them.
+fn thinned(samples: &[f64], stride: usize) -> Vec<f64> {
+    let first = (samples.len() - 1) % stride;
+    samples[first..].iter().step_by(stride).copied().collect()
+}
+
+/// The newest passages through the mean level, and that level.
+fn section(samples: &[f64], lag: usize) -> Result<(Vec<Crossing>, f64), AnalysisError> {
+    let level = samples.iter().sum::<f64>() / samples.len() as f64;
+    let mut section = delay_section(samples, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    let surplus = section.len().saturating_sub(MOST_PASSAGES);
+    section.drain(..surplus);
+    Ok((section, level))
+}
+
+/// The largest sample less the smallest.
+fn extent(samples: &[f64]) -> f64 {
+    let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    high - low
+}
+
+fn parting(
+    samples: &[f64],
+    delay: &DelayChoice,
+    method: DivergenceMethod,
+) -> Result<Divergence, AnalysisError> {
+    let rules =
+        DivergenceSearch::for_delay(delay.lag, delay.dimension, delay.theiler, samples.len());
+    divergence(samples, &DivergenceSearch { method, ..rules })
+}
