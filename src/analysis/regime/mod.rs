@@ -135,14 +135,23 @@ pub struct Evidence {
     pub words: String,
 }
 
+impl Evidence {
+    /// The kinds it speaks for, in words: `periodic or quasi-periodic`.
+    pub fn kinds(&self) -> String {
+        let kinds: Vec<String> = self.says.iter().map(Regime::to_string).collect();
+        kinds.join(" or ")
+    }
+}
+
 /// The verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The kind.
     pub regime: Regime,
-    /// How sure, 0 to 1.
+    /// The share of all belief that is the kind's alone, 0 to 1; where none has half of it, the
+    /// largest there is.
     pub confidence: f64,
-    /// What led there, strongest first.
+    /// What led there, strongest first; not empty.
     pub evidence: Vec<Evidence>,
 }
 
@@ -174,7 +183,9 @@ const BELIEVED: f64 = 0.5;
 const ROUNDING: f64 = 1e-12;
 
 /// Tells the kind of motion of a signal. Neither its amplitude nor its offset matter unless
-/// [`RegimeSearch::silence`] is given, and at most [`RegimeSearch::MOST_SAMPLES`] samples count.
+/// [`RegimeSearch::silence`] is given, and at most [`RegimeSearch::MOST_SAMPLES`] samples count. A
+/// signal that does not change at all is silent. The result does not depend on the number of
+/// threads.
 ///
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`RegimeSearch::FEWEST_SAMPLES`].
