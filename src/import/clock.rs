@@ -1,5 +1,7 @@
 //! How many samples a second, and when the first one was taken.
 
+use std::cmp::Ordering;
+
 use super::Problem;
 
 /// What a file says of the times of its samples.
@@ -67,7 +69,8 @@ pub(super) fn uniform(times: &[f64], resolution: f64) -> Result<(f64, f64, f64),
     };
     let steps = (times.len() - 1) as f64;
     let spacing = (last - first) / steps;
-    if let Some(before) = times.windows(2).position(|pair| !(pair[0] < pair[1])) {
+    let stalls = |pair: &[f64]| pair[0].partial_cmp(&pair[1]) != Some(Ordering::Less);
+    if let Some(before) = times.windows(2).position(stalls) {
         return Err(Problem::NotRising {
             index: before + 1,
             time: times[before + 1],

@@ -67,7 +67,7 @@ fn probe() {
             format!("two far {e}"),
             "Q",
             add(
-                &sines(50., n, &[(1., 1., 0.2), (3.14159, 0.4, 0.)]),
+                &sines(50., n, &[(1., 1., 0.2), (std::f64::consts::PI, 0.4, 0.)]),
                 &noise(3, n, e),
             ),
         );

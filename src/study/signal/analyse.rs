@@ -1,7 +1,7 @@
 //! One method after another, on one signal.
 
 use super::{
-    FEWEST_SAMPLES, MOST_NONLINEAR, MeasuresAt, NamedLine, RecurrencePicture, RecurrenceReport,
+    FEWEST_SAMPLES, MOST_NONLINEAR, MeasuresAt, NamedLine, RecurrenceImage, RecurrenceReport,
     SignalReport, SignalSearch,
 };
 use crate::analysis::{
@@ -298,7 +298,7 @@ impl Plan {
         signal: &Signal,
         newest: &[f64],
         period: f64,
-    ) -> Result<RecurrencePicture, AnalysisError> {
+    ) -> Result<RecurrenceImage, AnalysisError> {
         let vectors = DelayVectors::new(newest, self.lag * self.stride, self.dimension)?;
         let span = (PICTURE_PERIODS * period) as usize;
         let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
@@ -316,7 +316,7 @@ impl Plan {
         let ahead = newest.len() - vectors.len();
         let offset = signal.samples.len() - newest.len() + ahead;
         let time = |pick: usize| signal.time(offset + pick);
-        Ok(RecurrencePicture {
+        Ok(RecurrenceImage {
             size,
             span: [time(first), time(vectors.len() - 1)],
             distance: plot.distance_picture(),
