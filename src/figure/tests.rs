@@ -3,7 +3,7 @@
 use super::*;
 use crate::analysis::*;
 use crate::import::Signal;
-use crate::study::signal::{RecurrencePicture, *};
+use crate::study::signal::*;
 
 /// A report on a torus of two tones, its curves in closed form.
 fn report(name: &str) -> SignalReport {
