@@ -77,7 +77,8 @@ pub(super) fn uniform(times: &[f64], resolution: f64) -> Result<(f64, f64, f64),
             before: times[before],
         });
     }
-    let tolerance = TOLERANCE + (resolution / spacing).min(COARSEST);
+    let resolution = resolution.min(COARSEST * spacing);
+    let tolerance = TOLERANCE + resolution / spacing;
     for (index, &time) in times.iter().enumerate() {
         let off = ((time - first) / spacing - index as f64).abs();
         if off > tolerance {
