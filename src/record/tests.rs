@@ -115,7 +115,6 @@ const LABORATORY: &[&str] = &[
     paths::ZERO_ONE,
     paths::ZERO_ONE_PATH,
     paths::ZERO_ONE_CAPTION,
-    paths::REGIME_KIND,
     paths::REGIME_CONFIDENCE,
     paths::REGIME_VERDICT,
 ];
