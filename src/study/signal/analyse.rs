@@ -19,6 +19,9 @@ const LINE_UNCERTAINTY: f64 = 0.25;
 /// About so many columns make a spectrogram.
 const COLUMNS: usize = 400;
 
+/// Periods that a window of the spectrogram holds where there is room.
+const SPECTROGRAM_PERIODS: f64 = 48.0;
+
 /// Share of the pairs that is recurrent, unless the user says otherwise.
 const RECURRENCE_RATE: f64 = 0.05;
 
@@ -36,8 +39,8 @@ const WINDOWS: usize = 120;
 const SHORTEST_LINE: usize = 2;
 
 /// Points along a side of the picture, and how many periods it shows.
-const PICTURE: usize = 480;
-const PICTURE_PERIODS: f64 = 12.0;
+const PICTURE: usize = 560;
+const PICTURE_PERIODS: f64 = 28.0;
 
 /// Passages whose shape is told.
 const MOST_PASSAGES: usize = 2000;
@@ -104,23 +107,21 @@ fn run(
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
     let lines = spectrum.lines(&LineCriterion::default());
     let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
-    let named = lines.iter().zip(&naming.names).map(|(&line, &name)| {
-        let misfit = |name| line.frequency - naming.bases.frequency(name);
-        NamedLine {
-            line,
-            name,
-            misfit: name.map(misfit),
-        }
+    let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
+        line,
+        name: naming.names[i],
+        misfit: naming.misfit(i, line),
     });
     let named = named.collect();
     let floor_share = spectrum.floor_share();
-    step(0.05, "spectrogram")?;
-    let spectrogram = spectrogram(&signal)?;
-    step(0.15, "lag and dimension")?;
+    step(0.05, "lag and dimension")?;
     let delay = delay(newest, search)?;
+    let period = period_of(&lines, &delay, signal.rate);
+    step(0.25, "spectrogram")?;
+    let spectrogram = spectrogram(&signal, period)?;
     step(0.35, "recurrence")?;
     let plan = Plan::new(&delay, search, newest.len());
-    let mut recurrence = plan.quantify(&signal, newest, period_of(&lines, &delay, signal.rate))?;
+    let mut recurrence = plan.quantify(&signal, newest, period)?;
     step(0.55, "recurrence along the signal")?;
     recurrence.along = plan.along(&signal)?;
     step(0.65, "section")?;
@@ -170,15 +171,19 @@ fn run(
     })
 }
 
-/// The window of a spectrogram of so many samples.
-pub(super) fn spectrogram_window(count: usize) -> usize {
-    let length = (2.0 * (count as f64).sqrt()) as usize;
+/// The window of a spectrogram of so many samples, of a motion with this period (samples): both
+/// of time and of frequency as much as there is room for, but side lines of a twelfth of the
+/// tone are told from it.
+pub(super) fn spectrogram_window(count: usize, period: f64) -> usize {
+    let even = 2.0 * (count as f64).sqrt();
+    let telling = (SPECTROGRAM_PERIODS * period).min(count as f64 / 8.0);
+    let length = even.max(telling) as usize;
     length.next_power_of_two().clamp(64, 8192).min(count)
 }
 
-fn spectrogram(signal: &Signal) -> Result<Vec<Column>, AnalysisError> {
+fn spectrogram(signal: &Signal, period: f64) -> Result<Vec<Column>, AnalysisError> {
     let count = signal.samples.len();
-    let length = spectrogram_window(count);
+    let length = spectrogram_window(count, period);
     let hop = ((count - length) as f64 / COLUMNS as f64).max(length as f64 / 8.0);
     let mut columns = Vec::new();
     Stft::new(Window::Hann, length, hop, signal.rate).push(&signal.samples, |column| {
