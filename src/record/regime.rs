@@ -27,7 +27,7 @@ pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
     // A verdict between others has no line.
     let points = SeriesPoints::new()
         .with_colors(colors)
-        .with_marker_sizes([2.5; KINDS.len()]);
+        .with_marker_sizes([3.0; KINDS.len()]);
     Ok(rec.log_static(paths::REGIME_CONFIDENCE, &points)?)
 }
 
@@ -73,11 +73,10 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
         .iter()
         .map(|evidence| {
             format!(
-                "| {} | {} | {} | {:.2} |\n",
-                evidence.what,
-                style::short(evidence.value),
-                evidence.kinds(),
+                "| {:.2} | {} | {} |\n",
                 evidence.weight,
+                evidence.what,
+                evidence.kinds(),
             )
         })
         .collect();
@@ -88,7 +87,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
         .collect();
     format!(
         "{heading}, from the {window} before {now}.\n\n\
-         | evidence | value | speaks for | weight |\n|---|---|---|---|\n{rows}\n{words}",
+         | weight | evidence | speaks for |\n|---|---|---|\n{rows}\n{words}",
         heading = heading(verdict),
         window = style::Quantity::Time.words(window),
         now = style::moment(header, time),
@@ -117,7 +116,7 @@ mod tests {
         assert!(
             text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
         );
-        assert!(text.contains("| 0-1 test | 0.0213 | periodic or quasi-periodic | 0.50 |\n"));
+        assert!(text.contains("| 0.50 | 0-1 test | periodic or quasi-periodic |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
     }
 }

@@ -120,10 +120,9 @@ impl Layout {
             return [None, None];
         }
         let verdict = self.text("Kind of motion", paths::REGIME_VERDICT);
-        let history = self.series(
+        let history = self.many_series(
             "Kind of motion, by how sure (0 to 1)",
-            paths::REGIME_CONFIDENCE,
-            None,
+            &[paths::REGIME_CONFIDENCE],
         );
         self.range(&history, 0.0, 1.05);
         [Some(verdict), Some(history)]
