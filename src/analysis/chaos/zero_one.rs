@@ -137,7 +137,10 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
         return Err(AnalysisError::TooShort {
             what: "0-1 test",
             have: samples.len(),
-            need: (ZeroOneTest::FEWEST_SAMPLES - 1) * test.stride + 1,
+            need: test
+                .stride
+                .saturating_mul(ZeroOneTest::FEWEST_SAMPLES - 1)
+                .saturating_add(1),
         });
     }
     let mut rng = ChaCha8Rng::seed_from_u64(test.seed);
