@@ -228,10 +228,23 @@ mod tests {
         section.push(&rec, 0.05, &points[..PASSAGES + 5]).unwrap();
         assert_eq!(section.recent.len(), PASSAGES);
         let [x, y] = section.coordinates.each_ref().map(|c| c.axis("").0);
-        // The first is always above zero and the second below: the other halves are left out.
-        assert_eq!((x.low, y.high), (0.0, 0.0));
-        assert_eq!(x.high, -y.low);
-        assert!((x.high - 0.4).abs() < 1e-12);
+        // The second strays by 0.2 um: all of it and a margin, on both axes.
+        for (axis, low, high) in [(&x, 0.1, 0.1), (&y, -0.4, -0.2)] {
+            let (centre, half) = (0.5 * (axis.low + axis.high), 0.5 * (axis.high - axis.low));
+            assert!((centre - 0.5 * (low + high)).abs() < 1e-12);
+            assert!((half - 0.1 * MARGIN).abs() < 1e-12);
+        }
+        // What still fits does not move the axes; what does not, does.
+        let drawn = section.coordinates[0].range;
+        section.push(&rec, 0.06, &points[..1]).unwrap();
+        assert_eq!(section.coordinates[0].range, drawn);
+        let stray = SectionPoint {
+            time: 0.06,
+            at: [5e-7, -2e-7],
+        };
+        section.push(&rec, 0.07, &[stray]).unwrap();
+        let [low, high] = section.coordinates[0].range;
+        assert!(low < 1e-7 && 5e-7 < high && [low, high] != drawn);
         assert_eq!(
             (x.name.as_str(), y.name.as_str()),
             ("u(t), µm", "u(t + 2τ), µm")

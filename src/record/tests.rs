@@ -183,7 +183,7 @@ fn only_views_of_the_analyses_that_run_exist() {
         (AnalysisKind::Quantification, 5),
         (AnalysisKind::Section, 2),
         (AnalysisKind::Chaos, 4),
-        (AnalysisKind::Regime, 3),
+        (AnalysisKind::Regime, 2),
     ] {
         assert_eq!(count(vec![kind]), none + views, "{kind:?}");
     }
