@@ -50,8 +50,9 @@ impl Clock {
     }
 }
 
-/// Rates that can be, Hz: squares of time spacings are still numbers.
-const RATES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+/// Rates that can be, Hz: beyond any instrument, and yet times and frequencies can be drawn in
+/// single precision.
+const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e15;
 
 fn possible(rate: f64) -> Result<f64, Problem> {
     if RATES.contains(&rate) {

@@ -159,7 +159,7 @@ pub enum Problem {
     NoRate,
     /// A rate that cannot be.
     #[error(
-        "a rate of {0} Hz cannot be; give the number of samples a second, above 0, with --rate HZ"
+        "a rate of {0} Hz cannot be; give the number of samples a second, from 1e-12 to 1e15, with --rate HZ"
     )]
     BadRate(f64),
     /// The file's own clock says something else.
