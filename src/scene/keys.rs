@@ -393,12 +393,10 @@ keys! {
     /// That radius, over the displacement's standard deviation in the window.
     RADIUS: Number = "analysis.chaos.radius", Else("required with `kantz`"), number(One, Range::Positive(10.0));
 
-    /// Length of the sliding window.
+    /// Length of the sliding window; of a long one the newest 10,000 samples are judged, or as many means of a few each.
     REGIME_WINDOW: Number = "analysis.regime.window_ms", Default("40"), number(Millisecond, Range::Closed(0.1, 10_000.0));
     /// Time between verdicts.
     REGIME_EVERY: Number = "analysis.regime.every_ms", Default("10"), number(Millisecond, Range::Closed(0.01, 10_000.0));
-    /// Spacing of the samples that are looked at, at least one sample; the newest 8192 of them count.
-    REGIME_STEP: Number = "analysis.regime.step_us", Default("5"), number(Microsecond, Range::Closed(0.5, 1e6));
     /// Amplitude of the displacement below which the joint is silent.
     SILENCE: Number = "analysis.regime.silence_um", Default("0.0003"), number(Micrometre, Range::Closed(0.0, 1e6));
 

@@ -262,8 +262,6 @@ pub struct ChaosSpec {
 pub struct RegimeSpec {
     /// The window, and the time between verdicts.
     pub sliding: SlidingSpec,
-    /// Spacing of the samples that are looked at, s; at least that of the samples there are.
-    pub step: f64,
     /// Amplitude below which it is silent, m.
     pub silence: f64,
 }

@@ -170,7 +170,7 @@ impl RegimeSearch {
 
     /// The most samples that are judged. Of a longer record the last ones are; if it is sampled
     /// finely, means of a few samples each, so that more of it counts.
-    pub const MOST_SAMPLES: usize = 8192;
+    pub const MOST_SAMPLES: usize = 10_000;
 }
 
 /// Samples of a long record are joined until this many are left in a lag, a quarter turn.
@@ -226,13 +226,14 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
 fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
     let last = |count: usize| &samples[samples.len().saturating_sub(count)..];
     let most = RegimeSearch::MOST_SAMPLES;
-    let possible = samples.len() / most;
-    if possible < 2 {
-        return Ok((last(most).to_vec(), 1));
+    if samples.len() <= most {
+        return Ok((samples.to_vec(), 1));
     }
-    let joined = (signs::lag(last(most))? / LEFT_IN_A_LAG).clamp(1, possible);
+    let wanted = samples.len().div_ceil(most);
+    let joined = (signs::lag(last(most))? / LEFT_IN_A_LAG).clamp(1, wanted);
+    let whole = samples.len().min(most * joined) / joined * joined;
     let mean = |part: &[f64]| part.iter().sum::<f64>() / joined as f64;
-    let means = last(most * joined).chunks_exact(joined).map(mean);
+    let means = last(whole).chunks_exact(joined).map(mean);
     Ok((means.collect(), joined))
 }
 

@@ -1,14 +1,16 @@
 //! What is measured of a signal to tell its kind.
 
 use std::f64::consts::LN_2;
+use std::iter::StepBy;
+use std::ops::RangeInclusive;
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::analysis::{
-    AnalysisError, Bases, DelaySearch, DelayVectors, Direction, DivergenceSearch, Line,
-    LineCriterion, Naming, NeighbourTree, Norm, ScalingRegion, SectionShape, SpectrumAnalyser,
-    Window, ZeroOneTest, delay_section, divergence, mutual_information, name_lines, section_shape,
-    zero_one,
+    AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
+    Line, LineCriterion, Naming, NeighbourTree, Norm, ScalingRegion, SectionShape,
+    SpectrumAnalyser, Window, ZeroOneTest, delay_section, divergence, mutual_information,
+    name_lines, section_shape, zero_one,
 };
 
 /// Pieces of the record whose levels and periods are compared.
@@ -25,6 +27,14 @@ const LARGEST_LAG: usize = 200;
 
 /// Turns over which states and their neighbours are followed.
 const FAR: usize = 10;
+
+/// Parts of the record after which the distance of neighbours is compared: once they have found
+/// the direction in which they part, and as late as leaves enough of them.
+const EARLY: [f64; 2] = [0.02, 0.05];
+const LATE: [f64; 2] = [0.15, 0.3];
+
+/// The part of the record, one over this, that is far in time.
+const FAR_IN_TIME: usize = 3;
 
 /// States whose neighbours are followed.
 const REFERENCES: usize = 800;
@@ -82,8 +92,9 @@ pub(super) enum Tones {
     None,
     /// Harmonics of one tone (Hz); the strongest line that is none, over the strongest of all.
     One { f1: f64, stray: f64 },
-    /// Two tones and their combinations.
-    Two { f1: f64, f2: f64 },
+    /// Two tones (Hz) and their combinations; the strongest line that the second takes part in,
+    /// over the strongest of all.
+    Two { f1: f64, f2: f64, second: f64 },
     /// Two tones in step: `f2 / f1 = p / q`.
     InStep { f1: f64, p: u32, q: u32 },
     /// So many lines that fit neither one tone nor two.
@@ -112,6 +123,12 @@ pub(super) struct Signs {
     pub near: f64,
     pub linear: f64,
     pub far: f64,
+    /// How far neighbours have parted, natural logarithm, from a thirtieth of the record on to a
+    /// quarter of it.
+    pub parting: f64,
+    /// How much farther away the nearest state is that is far in time, than the nearest at any
+    /// time: natural logarithm. 0 for a motion that lasts.
+    pub wandering: f64,
     /// States among which neighbours are looked for.
     pub states: usize,
     /// How far the passages are from those a period before, however many periods, over the
@@ -152,7 +169,8 @@ impl Signs {
         let (low, high) = extent(&centred);
 
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
-        let [near, linear, far] = predictability(&vectors, lag, power);
+        let tree = NeighbourTree::new(vectors, Norm::Euclidean);
+        let [near, linear, far] = predictability(&tree, &vectors, lag, power);
         let stride = ZeroOneTest::stride_for(&centred).max(lag);
         let late = &centred[n.saturating_sub(DRIFT_SAMPLES * stride)..];
         let drift = zero_one(late, &ZeroOneTest::with_stride(stride));
@@ -169,6 +187,8 @@ impl Signs {
             near,
             linear,
             far,
+            parting: parting(&tree, &vectors, lag, power),
+            wandering: wandering(&tree, &vectors, lag, power),
             states: vectors.len(),
             periodic: repetition(&points).map(|(apart, period)| (apart / power.sqrt(), period)),
             drift: drift.ok().map(|result| (result.k, result.samples)),
@@ -202,20 +222,26 @@ impl Tones {
     /// Lines, strongest first, whose frequencies differ from steps of each other by no more than
     /// `uncertainty` (Hz) if they are in step.
     fn read(lines: &[Line], naming: &Naming, uncertainty: f64) -> Self {
+        // Of the lines with such a name, over the strongest of all.
+        let strongest = |such: fn(&Option<Combination>) -> bool| {
+            let mut named = lines.iter().zip(&naming.names);
+            let line = named.find(|(_, name)| such(name));
+            line.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude)
+        };
         match naming.bases {
             Bases::None if lines.is_empty() => Self::None,
             Bases::None => Self::Many(lines.len()),
-            Bases::One { f1 } => {
-                let mut all = lines.iter().zip(&naming.names);
-                let stray = all.find(|(_, name)| name.is_none());
-                Self::One {
-                    f1,
-                    stray: stray.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude),
-                }
-            }
+            Bases::One { f1 } => Self::One {
+                f1,
+                stray: strongest(|name| name.is_none()),
+            },
             Bases::Two { f1, f2 } => match in_step(f1, f2, uncertainty) {
                 Some((p, q)) => Self::InStep { f1, p, q },
-                None => Self::Two { f1, f2 },
+                None => Self::Two {
+                    f1,
+                    f2,
+                    second: strongest(|name| name.is_some_and(|name| name.m != 0)),
+                },
             },
         }
     }
@@ -303,12 +329,16 @@ fn extent(samples: &[f64]) -> (f64, f64) {
 }
 
 /// The errors of prediction `near`, `linear` and `far` of [`Signs`].
-fn predictability(vectors: &DelayVectors<'_>, lag: usize, power: f64) -> [f64; 3] {
+fn predictability(
+    tree: &NeighbourTree<'_>,
+    vectors: &DelayVectors<'_>,
+    lag: usize,
+    power: f64,
+) -> [f64; 3] {
     let turn = TURN * lag;
     let ahead = (FAR * turn).min(vectors.len() / 3).max(lag);
     let limit = vectors.len().saturating_sub(ahead).max(1);
     let newest = vectors.coordinate(DIMENSION - 1);
-    let tree = NeighbourTree::new(*vectors, Norm::Euclidean);
     // Over the last turn, so that the phase does not matter.
     let late = (0..TURN).map(|quarter| ahead.saturating_sub(quarter * lag));
     let (mut near, mut far, mut pairs) = (0.0, 0.0, 0.0);
@@ -353,6 +383,53 @@ fn predictability(vectors: &DelayVectors<'_>, lag: usize, power: f64) -> [f64; 3
         .map(|(state, next)| (next - state.dot(&map)).powi(2));
     let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
     [relative(near), linear, relative(far)]
+}
+
+/// [`Signs::parting`]: over the pairs, the mean of half the logarithm of the mean square difference
+/// late over that early; 0 without a pair.
+fn parting(tree: &NeighbourTree<'_>, vectors: &DelayVectors<'_>, lag: usize, power: f64) -> f64 {
+    let turn = TURN * lag;
+    let at = |share: f64| (share * vectors.len() as f64) as usize;
+    let [early, late] =
+        [EARLY, LATE].map(|[from, to]| (at(from)..=at(to).max(at(from) + turn)).step_by(lag));
+    let limit = vectors
+        .len()
+        .saturating_sub(at(LATE[1]).max(at(LATE[0]) + turn));
+    let newest = vectors.coordinate(DIMENSION - 1);
+    let least = LEAST_ERROR.powi(2) * power;
+    let (mut sum, mut pairs) = (0.0, 0.0);
+    let references = REFERENCES.min(limit);
+    for i in (0..references).map(|r| r * limit / references) {
+        let Some(other) = tree.nearest(i, turn, limit) else {
+            continue;
+        };
+        let apart = |steps: &StepBy<RangeInclusive<usize>>| {
+            let count = steps.clone().count() as f64;
+            let square = |k: usize| (newest[i + k] - newest[other.index + k]).powi(2);
+            least + steps.clone().map(square).sum::<f64>() / count
+        };
+        sum += 0.5 * (apart(&late) / apart(&early)).ln();
+        pairs += 1.0;
+    }
+    if pairs > 0.0 { sum / pairs } else { 0.0 }
+}
+
+/// [`Signs::wandering`]: over the states, the mean of the logarithm of the one distance over the
+/// other; 0 without a pair.
+fn wandering(tree: &NeighbourTree<'_>, vectors: &DelayVectors<'_>, lag: usize, power: f64) -> f64 {
+    let count = vectors.len();
+    let least = LEAST_ERROR.powi(2) * power * DIMENSION as f64;
+    let references = REFERENCES.min(count);
+    let (mut sum, mut pairs) = (0.0, 0.0);
+    for i in (0..references).map(|r| r * count / references) {
+        let nearest = |apart| tree.nearest(i, apart, count);
+        if let (Some(any), Some(far)) = (nearest(TURN * lag), nearest(count / FAR_IN_TIME)) {
+            let square = |distance: f64| distance.powi(2) + least;
+            sum += 0.5 * (square(far.distance) / square(any.distance)).ln();
+            pairs += 1.0;
+        }
+    }
+    if pairs > 0.0 { sum / pairs } else { 0.0 }
 }
 
 /// How far passages are apart (in a coordinate, as noise would have it) that are a period or a

@@ -132,6 +132,51 @@ fn lorenz_is_chaotic() {
     );
 }
 
+/// A tone and its octave whose strengths a slow Roessler system sets, ten turns of the tone to one
+/// of its own.
+fn slowly_modulated(n: usize, c: f64) -> Vec<f64> {
+    let slow = roessler(n, 5.86 / (10.0 * RATE), [0.2, 0.2, c], [1.0, 1.0, 0.0]);
+    let tone = tones(n, &[(1.0309, 1.0)]).into_iter();
+    let both = tone.zip(tones(n, &[(2.0618, 1.0)])).zip(slow);
+    both.map(|((tone, octave), [x, y, _])| (1.0 + 0.08 * x) * tone + (0.3 + 0.04 * y) * octave)
+        .collect()
+}
+
+#[test]
+fn chaos_slower_than_the_tone_is_told_from_a_torus() {
+    // Neighbours part by 4 % a turn of the tone at 5.7; at 2.5 the modulation repeats.
+    for n in [20_000, 40_000] {
+        expect(Chaotic, "weak chaos", &slowly_modulated(n, 5.7));
+        expect(QuasiPeriodic, "torus", &slowly_modulated(n, 2.5));
+    }
+}
+
+#[test]
+fn a_torus_that_grows_is_not_taken_for_chaos() {
+    for growth in [0.1, 0.3] {
+        let n = 8000;
+        let second = tones(n, &[(0.94, growth)]);
+        let grows = |i: usize| i as f64 / n as f64;
+        let second: Vec<f64> = second
+            .iter()
+            .enumerate()
+            .map(|(i, x)| x * grows(i))
+            .collect();
+        let found = verdict(&sum(&tones(n, &[(1.0, 1.0)]), &second));
+        assert_ne!(found.regime, Chaotic, "{found:#?}");
+    }
+}
+
+#[test]
+fn a_faint_second_tone_is_none_by_itself() {
+    for (second, kind) in [(0.01, Periodic), (0.05, QuasiPeriodic)] {
+        let two = tones(8000, &[(1.0, 1.0), (0.618_034, second)]);
+        let lines = verdict(&sum(&two, &noise(1, 8000, 1e-4))).evidence;
+        let lines = lines.iter().find(|e| e.what == "spectral lines").unwrap();
+        assert_eq!(lines.says, [kind], "{lines:?}");
+    }
+}
+
 #[test]
 fn noise_is_noise_whatever_its_colour() {
     for seed in 1..6 {
@@ -277,11 +322,11 @@ fn amplitude_offset_and_unit_of_time_do_not_matter() {
 fn the_end_of_a_long_record_counts() {
     // Silence, then a tone at 50 samples a turn: several are joined, and still all is tone.
     let mut signal = vec![0.0; 10_000];
-    signal.extend(tones(33_000, &[(1.03, 1.0)]));
+    signal.extend(tones(41_000, &[(1.03, 1.0)]));
     expect(Periodic, "tone", &signal);
-    // Coarsely sampled, none are: 8192 count.
+    // Coarsely sampled, none are: 10,000 count.
     let mut signal = vec![0.0; 10_000];
-    signal.extend(tones(8192, &[(8.03, 1.0)]));
+    signal.extend(tones(10_000, &[(8.03, 1.0)]));
     expect(Periodic, "tone", &signal);
 }
 

@@ -52,8 +52,8 @@ const NOT_REPEATED: Ramp = ramp(3.0, 6.0, 0.7);
 const CLEAR_LINES: f64 = 0.6;
 const LESS_CLEAR_LINES: f64 = 0.55;
 
-/// A line that is no harmonic is a tone if it has this share of the strongest.
-const STRAY: f64 = 0.01;
+/// A line that is no harmonic is a second tone if it has this share of the strongest.
+const SECOND: f64 = 0.025;
 
 /// Lines are read as tones where the floor is no broader than noise explains (the ratio of
 /// [`Signs::lawful_floor`]; the part that is not white), where the record is long enough to part
@@ -77,6 +77,15 @@ const FORETOLD: Ramp = ramp(0.5, 0.3, 1.0);
 const STEADY: Ramp = ramp(3.0, 1.5, 0.7);
 const STEADY_ERROR: Ramp = ramp(0.8, 0.4, 1.0);
 const PARTING: Ramp = ramp(4.0, 10.0, 0.7);
+
+/// Natural logarithm of the factor by which neighbours still part after the first thirtieth of
+/// the record.
+const SLOW_PARTING: f64 = 0.8;
+const PARTED: Ramp = ramp(0.25, 0.5, 1.0);
+
+/// Natural logarithm of the distance to the nearest state far in time over that to the nearest,
+/// beyond which it may be the motion itself that changes, and not its states that part.
+const WANDERS: f64 = 0.6;
 
 /// Error of prediction by the neighbour over that by a linear map: a bent law shows below, and
 /// noise, whatever its colour, above.
@@ -182,6 +191,7 @@ fn change(signs: &Signs) -> Vec<Evidence> {
 fn lines(signs: &Signs) -> Vec<Evidence> {
     let trusted = LINES_FLOOR.at(signs.lawful_floor())
         * LINES_COLOURED.at(signs.coloured)
+        * (1.0 - parts_slowly(signs))
         * LINES_TURNS.at(signs.turns)
         * LINES_FORETOLD.at(signs.near);
     let reading = |value, says, weight, words| Evidence {
@@ -193,7 +203,7 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
     };
     let tones = match signs.tones {
         Tones::None => None,
-        Tones::One { f1, stray } if stray < STRAY => Some(reading(
+        Tones::One { f1, stray } if stray < SECOND => Some(reading(
             f1,
             &[Periodic],
             if stray == 0.0 {
@@ -213,7 +223,17 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
                 hertz(f1)
             ),
         )),
-        Tones::Two { f1, f2 } => Some(reading(
+        Tones::Two { f1, second, .. } if second < SECOND => Some(reading(
+            f1,
+            &[Periodic],
+            LESS_CLEAR_LINES,
+            format!(
+                "The lines are harmonics of {}; a second tone has {:.2} % of the first.",
+                hertz(f1),
+                100.0 * second
+            ),
+        )),
+        Tones::Two { f1, f2, .. } => Some(reading(
             f2 / f1,
             &[QuasiPeriodic],
             CLEAR_LINES,
@@ -343,8 +363,13 @@ fn repetition(signs: &Signs) -> Option<Evidence> {
     })
 }
 
+/// To what degree neighbours part, 0 to 1, if over many turns.
+fn parts_slowly(signs: &Signs) -> f64 {
+    PARTED.at(signs.parting) * BENT.at(signs.against_linear())
+}
+
 /// How well is it foretold?
-fn prediction(signs: &Signs) -> [Evidence; 3] {
+fn prediction(signs: &Signs) -> [Evidence; 4] {
     let Signs {
         near, far, linear, ..
     } = *signs;
@@ -354,7 +379,7 @@ fn prediction(signs: &Signs) -> [Evidence; 3] {
             what: "lasting prediction",
             value: far,
             says: &[Periodic, QuasiPeriodic],
-            weight: STEADY.at(growth) * STEADY_ERROR.at(far),
+            weight: STEADY.at(growth) * STEADY_ERROR.at(far) * (1.0 - parts_slowly(signs)),
             words: format!(
                 "States once near each other differ after ten turns by {:.1} % of the \
                  deviation, {growth:.1} times as much as at first.",
@@ -371,6 +396,21 @@ fn prediction(signs: &Signs) -> [Evidence; 3] {
                  to {:.0} %.",
                 100.0 * near,
                 100.0 * far
+            ),
+        },
+        Evidence {
+            what: "slow parting",
+            value: signs.parting,
+            says: if signs.wandering > WANDERS {
+                &[Chaotic, Transient]
+            } else {
+                &[Chaotic]
+            },
+            weight: SLOW_PARTING * parts_slowly(signs),
+            words: format!(
+                "From a thirtieth to a quarter of the record on, neighbours part by a factor of \
+                 {:.2}.",
+                signs.parting.exp()
             ),
         },
         Evidence {

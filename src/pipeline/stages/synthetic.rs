@@ -82,7 +82,6 @@ pub fn laboratory() -> AnalysisSpec {
         }),
         regime: Some(RegimeSpec {
             sliding: sliding(10e-3, 5e-3),
-            step: 5e-6,
             silence: 1e-12,
         }),
         ..analyses()

@@ -306,7 +306,6 @@ impl Tables<'_> {
         }
         Ok(Some(RegimeSpec {
             sliding: self.sliding(&keys::REGIME_WINDOW, &keys::REGIME_EVERY)?,
-            step: self.document.get(&keys::REGIME_STEP)?,
             silence: self.document.get(&keys::SILENCE)?,
         }))
     }

@@ -101,7 +101,6 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         }),
         regime: Some(RegimeSpec {
             sliding: sliding(verdict, LOOKS / 2.0),
-            step: 1.0 / rate,
             silence: 0.0,
         }),
     }
