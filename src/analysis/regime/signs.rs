@@ -39,6 +39,11 @@ const FAR_IN_TIME: usize = 3;
 /// States whose neighbours are followed.
 const REFERENCES: usize = 800;
 
+/// A signal with a larger error of prediction is not foretold; it is if the neighbour's is this
+/// share of that of a linear map.
+const UNFORETOLD: f64 = 0.4;
+const LAWFUL: f64 = 0.7;
+
 /// Rows of the linear fit.
 const ROWS: usize = 2000;
 
@@ -101,6 +106,20 @@ pub(super) enum Tones {
     Many(usize),
 }
 
+/// Errors of prediction over the deviation of the signal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foretold {
+    /// Whether the signal is foretold from sample to sample, as a map, rather than by quarter
+    /// turns.
+    pub map: bool,
+    /// A quarter turn (a sample of a map) ahead, by the neighbour.
+    pub near: f64,
+    /// As far ahead, by a linear map.
+    pub linear: f64,
+    /// Ten turns (forty samples of a map) ahead, by the neighbour.
+    pub far: f64,
+}
+
 /// All that is measured.
 #[derive(Clone, Debug)]
 pub(super) struct Signs {
@@ -108,6 +127,8 @@ pub(super) struct Signs {
     pub turns: f64,
     /// Of the natural logarithm of the root mean square.
     pub envelope: Trend,
+    /// Natural logarithm of the root mean square of the loudest piece over that of the faintest.
+    pub unevenness: f64,
     /// Of the natural logarithm of the time between passages of the section.
     pub tempo: Option<Trend>,
     /// Share of the power in the floor of the spectrum.
@@ -118,11 +139,8 @@ pub(super) struct Signs {
     pub tones: Tones,
     pub section: SectionShape,
     pub passages: usize,
-    /// Error of prediction a lag ahead, by the neighbour and by a linear map, and many turns ahead
-    /// by the neighbour; over the deviation of the signal.
-    pub near: f64,
-    pub linear: f64,
-    pub far: f64,
+    /// How well the signal is foretold.
+    pub foretold: Foretold,
     /// How far neighbours have parted, natural logarithm, from a thirtieth of the record on to a
     /// quarter of it.
     pub parting: f64,
@@ -170,23 +188,33 @@ impl Signs {
 
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
         let tree = NeighbourTree::new(vectors, Norm::Euclidean);
-        let [near, linear, far] = predictability(&tree, &vectors, lag, power);
+        let mut foretold = predictability(&tree, &vectors, lag, power);
+        if lag > 1 && foretold.near > UNFORETOLD {
+            // A map forgets too fast for a quarter turn; sample by sample it may still be lawful.
+            let vectors = DelayVectors::new(&centred, 1, DIMENSION)?;
+            let tree = NeighbourTree::new(vectors, Norm::Euclidean);
+            let next = predictability(&tree, &vectors, 1, power);
+            if next.near < LAWFUL * next.linear {
+                foretold = Foretold { map: true, ..next };
+            }
+        }
+        let levels = levels(&centred, power);
+        let (faintest, loudest) = extent(&levels);
         let stride = ZeroOneTest::stride_for(&centred).max(lag);
         let late = &centred[n.saturating_sub(DRIFT_SAMPLES * stride)..];
         let drift = zero_one(late, &ZeroOneTest::with_stride(stride));
         let turn = (TURN * lag) as f64;
         Ok(Self {
             turns: (n as f64 / turn).max(crossings.len() as f64),
-            envelope: Trend::of(&levels(&centred, power)),
+            envelope: Trend::of(&levels),
+            unevenness: loudest - faintest,
             tempo: periods(&instants).map(|periods| Trend::of(&periods)),
             floor: spectrum.floor_share(),
             coloured: spectrum.floor_share() * colour(&spectrum.floor()),
             tones,
             section: section_shape(&points, high - low),
             passages: crossings.len(),
-            near,
-            linear,
-            far,
+            foretold,
             parting: parting(&tree, &vectors, lag, power),
             wandering: wandering(&tree, &vectors, lag, power),
             states: vectors.len(),
@@ -198,23 +226,23 @@ impl Signs {
 
     /// The floor over what noise would have to make it, given how well the next lag is foretold.
     pub(super) fn lawful_floor(&self) -> f64 {
-        self.floor / self.near.max(LEAST_ERROR).powi(2)
+        self.floor / self.foretold.near.max(LEAST_ERROR).powi(2)
     }
 
     /// How far the passages are from those a period before over what noise explains.
     pub(super) fn unrepeated(&self) -> Option<f64> {
         let (apart, _) = self.periodic?;
-        Some(apart / self.near.max(LEAST_ERROR))
+        Some(apart / self.foretold.near.max(LEAST_ERROR))
     }
 
     /// How much the error of prediction grows from a lag to many turns.
     pub(super) fn growth(&self) -> f64 {
-        self.far / self.near.max(LEAST_ERROR)
+        self.foretold.far / self.foretold.near.max(LEAST_ERROR)
     }
 
     /// The neighbour's error of prediction over that of a linear map.
     pub(super) fn against_linear(&self) -> f64 {
-        self.near / self.linear.max(1e-9)
+        self.foretold.near / self.foretold.linear.max(1e-9)
     }
 }
 
@@ -258,9 +286,15 @@ impl Trend {
         let slope = both().map(|(t, y)| t * y).sum::<f64>() / spread;
         let rest: f64 = both().map(|(t, y)| (y - slope * t).powi(2)).sum();
         let error = (rest / (n - 2.0) / spread).sqrt();
+        // By chance all of eight values rise once in 40,000 times; a trend need not be straight.
+        let rising = values.is_sorted_by(|a, b| a < b);
+        let falling = values.is_sorted_by(|a, b| a > b);
         Self {
             change: slope * (n - 1.0),
-            clarity: slope.abs() / error.max(1e-12),
+            clarity: match rising || falling {
+                true => f64::INFINITY,
+                false => slope.abs() / error.max(1e-12),
+            },
         }
     }
 }
@@ -328,13 +362,13 @@ fn extent(samples: &[f64]) -> (f64, f64) {
     samples.iter().fold((low, high), wider)
 }
 
-/// The errors of prediction `near`, `linear` and `far` of [`Signs`].
+/// The errors of prediction a lag and [`FAR`] turns ahead.
 fn predictability(
     tree: &NeighbourTree<'_>,
     vectors: &DelayVectors<'_>,
     lag: usize,
     power: f64,
-) -> [f64; 3] {
+) -> Foretold {
     let turn = TURN * lag;
     let ahead = (FAR * turn).min(vectors.len() / 3).max(lag);
     let limit = vectors.len().saturating_sub(ahead).max(1);
@@ -382,7 +416,12 @@ fn predictability(
         .map(row)
         .map(|(state, next)| (next - state.dot(&map)).powi(2));
     let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
-    [relative(near), linear, relative(far)]
+    Foretold {
+        map: false,
+        near: relative(near),
+        linear,
+        far: relative(far),
+    }
 }
 
 /// [`Signs::parting`]: over the pairs, the mean of half the logarithm of the mean square difference
