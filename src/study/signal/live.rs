@@ -15,10 +15,13 @@ const LOOKS: f64 = 200.0;
 /// chaos or regime is told.
 const SPECTRUM_PERIODS: f64 = 100.0;
 const PLOT_PERIODS: f64 = 10.0;
-const VERDICT_PERIODS: f64 = 80.0;
+const CHAOS_PERIODS: f64 = 80.0;
+const VERDICT_PERIODS: f64 = 400.0;
 
-/// A window of which chaos or regime is told has about so many samples at least and at most.
-const VERDICT_SAMPLES: [f64; 2] = [2000.0, 8000.0];
+/// A window of which chaos is told has about so many samples at least and at most. One for the
+/// verdict may have more: it thins what is sampled finely, and weak chaos takes long to show.
+const CHAOS_SAMPLES: [f64; 2] = [2000.0, 8000.0];
+const VERDICT_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 
 /// Windows along a stream that suit a signal: so many of its dominant periods, never more than a
 /// quarter of it; lag and dimension as the report has them.
@@ -31,8 +34,12 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         window: window.min(duration / 4.0),
         every: (duration / looks).max(1.0 / rate),
     };
-    let [fewest, most] = VERDICT_SAMPLES.map(|samples| samples / rate);
-    let verdict = (VERDICT_PERIODS * period).clamp(fewest, most);
+    let long = |periods: f64, samples: [f64; 2]| {
+        let [fewest, most] = samples.map(|samples| samples / rate);
+        (periods * period).clamp(fewest, most)
+    };
+    let parting = long(CHAOS_PERIODS, CHAOS_SAMPLES);
+    let verdict = long(VERDICT_PERIODS, VERDICT_SAMPLES);
     let lag = report.delay.lag as f64 / rate;
     let theiler = report.delay.theiler as f64 / rate;
     let embedding = EmbeddingSpec {
@@ -44,12 +51,12 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         threshold: report.recurrence.rule.threshold,
     };
     let step = report.recurrence.stride as f64 / rate;
-    let verdict_samples = (verdict.min(duration / 4.0) * rate) as usize;
+    let parting_samples = (parting.min(duration / 4.0) * rate) as usize;
     let rules = DivergenceSearch::for_delay(
         report.delay.lag,
         report.delay.dimension,
         report.delay.theiler,
-        verdict_samples,
+        parting_samples,
     );
     AnalysisSpec {
         spectrum: Some(sliding(SPECTRUM_PERIODS * period, LOOKS)),
@@ -61,9 +68,9 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
             max_frequency: highest_frequency(report),
         }),
         delay: Some(DelaySpec {
-            sliding: sliding(verdict, LOOKS / 10.0),
+            sliding: sliding(parting, LOOKS / 10.0),
             largest_lag: (4.0 * lag)
-                .min(verdict_samples as f64 / rate / 25.0)
+                .min(parting_samples as f64 / rate / 25.0)
                 .max(lag),
             largest_dimension: 10,
             bins: 32,
@@ -93,14 +100,14 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
             direction: Direction::Rising,
         }),
         chaos: Some(ChaosSpec {
-            sliding: sliding(verdict, LOOKS / 5.0),
+            sliding: sliding(parting, LOOKS / 5.0),
             embedding,
             theiler,
             horizon: rules.horizon as f64 / rate,
             method: DivergenceMethod::Rosenstein,
         }),
         regime: Some(RegimeSpec {
-            sliding: sliding(verdict, LOOKS / 2.0),
+            sliding: sliding(verdict, LOOKS / 4.0),
             silence: 0.0,
         }),
     }
