@@ -63,6 +63,12 @@ pub enum AnalysisError {
         /// The most that are possible.
         most: usize,
     },
+    /// Squares of the samples would overflow or vanish.
+    #[error(
+        "the samples are too large or too much alike to be squared: magnitudes up to 1e140 and a \
+         range from 1e-140 on can be analysed; give them in another unit"
+    )]
+    Size,
     /// The signal does not move.
     #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
     Constant,

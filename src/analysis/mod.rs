@@ -24,8 +24,11 @@
 //! [`SlidingWindow`] turns a stream of samples, in pieces of any size, into windows at exact
 //! instants; all live analyses stand on it.
 //!
-//! Sample values must be finite; a signal that is zero throughout is legal everywhere and gives
-//! zeros, never NaN.
+//! Sample values must be finite, and of a size that can be squared: the largest magnitude at
+//! most [`LARGEST_SAMPLE`], the range (largest less smallest) at least [`SMALLEST_RANGE`] unless
+//! it is 0. Distances and powers are sums of squares; beyond that they overflow or vanish, and
+//! states seem infinitely far apart, or the same. A signal that is the same throughout is legal
+//! everywhere and gives a defined result or an error, never NaN.
 
 mod chaos;
 mod delay;
@@ -53,6 +56,12 @@ pub use recurrence::*;
 pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};
 pub use sliding::{History, SlidingWindow, View};
 pub use tones::*;
+
+/// The smallest range (largest less smallest sample) of a signal that moves, in any unit.
+pub const SMALLEST_RANGE: f64 = 1e-140;
+
+/// The largest magnitude of a sample, in any unit.
+pub const LARGEST_SAMPLE: f64 = 1e140;
 
 #[cfg(test)]
 pub(crate) mod test_signals;

@@ -34,19 +34,25 @@ impl Norm {
         }
     }
 
-    /// The smallest distance that an extent is within: a root is nudged until its square, rounded
-    /// as it will be, reaches the extent.
+    /// The smallest distance that an extent is within: the smallest root whose square, rounded as
+    /// it will be, reaches the extent.
+    ///
+    /// Bisection, because squares that underflow or overflow have very many such roots.
     pub(crate) fn distance_of_extent(self, extent: f64) -> f64 {
         match self {
             Self::Euclidean => {
-                let mut root = extent.sqrt();
-                while root * root < extent {
-                    root = root.next_up();
+                // Numbers that are not negative are ordered like their bits.
+                let (mut low, mut high) = (0, extent.sqrt().next_up().to_bits());
+                while low < high {
+                    let middle = low + (high - low) / 2;
+                    let root = f64::from_bits(middle);
+                    if root * root >= extent {
+                        high = middle;
+                    } else {
+                        low = middle + 1;
+                    }
                 }
-                while root > 0.0 && root.next_down() * root.next_down() >= extent {
-                    root = root.next_down();
-                }
-                root
+                f64::from_bits(low)
             }
             Self::Maximum | Self::Manhattan => extent,
         }
@@ -69,17 +75,30 @@ mod tests {
         assert_eq!(Norm::Euclidean.extent_within(5.0), 25.0);
     }
 
+    fn check_distance_of(extent: f64) {
+        for norm in [Norm::Euclidean, Norm::Maximum, Norm::Manhattan] {
+            let distance = norm.distance_of_extent(extent);
+            assert!(norm.extent_within(distance) >= extent, "{norm:?} {extent}");
+            if distance > 0.0 {
+                let less = norm.extent_within(distance.next_down());
+                assert!(less < extent, "{norm:?} {extent}");
+            }
+        }
+    }
+
+    #[test]
+    fn squares_that_underflow_or_overflow_have_a_distance() {
+        // Some 10^15 roots or more have the same square.
+        for extent in [0.0, 5e-324, 1e-320, 1e-310, f64::MIN_POSITIVE, f64::MAX] {
+            check_distance_of(extent);
+        }
+        check_distance_of(f64::INFINITY);
+    }
+
     proptest! {
         #[test]
         fn a_distance_is_the_smallest_that_holds_its_extent(bits in 0..f64::INFINITY.to_bits()) {
-            let extent = f64::from_bits(bits);
-            for norm in [Norm::Euclidean, Norm::Maximum, Norm::Manhattan] {
-                let distance = norm.distance_of_extent(extent);
-                prop_assert!(norm.extent_within(distance) >= extent);
-                if distance > 0.0 {
-                    prop_assert!(norm.extent_within(distance.next_down()) < extent);
-                }
-            }
+            check_distance_of(f64::from_bits(bits));
         }
     }
 }

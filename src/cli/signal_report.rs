@@ -534,11 +534,14 @@ impl AnalyseReport {
         if spectrum.lines.is_empty() {
             text.push_str("  none\n");
         }
+        // A line is placed well below a bin, however slow the signal.
+        let decimals = (3.0 - spectrum.bin_hz.log10().floor()).clamp(3.0, 15.0) as usize;
         for line in &spectrum.lines {
             let misfit = line.misfit_hz.filter(|_| !is_base(&line.label));
-            let misfit = misfit.map_or_else(String::new, |hz| format!("misses by {hz:+.3} Hz"));
+            let misfit =
+                misfit.map_or_else(String::new, |hz| format!("misses by {hz:+.decimals$} Hz"));
             let row = format!(
-                "  {:>12.3} Hz  {:>14}  {:<12} {misfit}",
+                "  {:>12.decimals$} Hz  {:>14}  {:<12} {misfit}",
                 line.frequency_hz,
                 self.amount(line.amplitude),
                 line.label
@@ -556,9 +559,14 @@ impl AnalyseReport {
         );
         let _ = writeln!(
             text,
-            "  tau = {} ({} samples): {} of the mutual information",
+            "  tau = {} ({} {}): {} of the mutual information",
             time(embedding.lag_s),
             embedding.lag_samples,
+            if embedding.lag_samples == 1 {
+                "sample"
+            } else {
+                "samples"
+            },
             embedding.lag_reason
         );
         let false_share = embedding.false_neighbours.get(embedding.dimension - 1);
@@ -650,11 +658,11 @@ impl AnalyseReport {
         let test = &self.zero_one;
         let _ = writeln!(
             text,
-            "\n{NAME}0-1 test{NAME:#} K = {:.3} (0 regular, 1 chaos or noise) from every {}",
+            "\n{NAME}0-1 test{NAME:#} K = {:.3} (0 regular, 1 chaos or noise) from {}",
             test.k,
             match test.stride_samples {
-                1 => "sample".to_owned(),
-                stride => format!("{stride}th sample"),
+                1 => "every sample".to_owned(),
+                stride => format!("one sample in {stride}"),
             }
         );
     }

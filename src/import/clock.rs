@@ -50,8 +50,12 @@ impl Clock {
     }
 }
 
+/// Rates that can be, Hz: beyond any instrument, and yet times and frequencies can be drawn in
+/// single precision.
+const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e15;
+
 fn possible(rate: f64) -> Result<f64, Problem> {
-    if rate.is_finite() && rate > 0.0 {
+    if RATES.contains(&rate) {
         Ok(rate)
     } else {
         Err(Problem::BadRate(rate))

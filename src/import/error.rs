@@ -26,6 +26,9 @@ pub enum Problem {
     /// It is a directory.
     #[error("this is a directory; give the path of a file in it")]
     Directory,
+    /// The path is that of a device.
+    #[error("this is a device, which may never end; give a file, or a pipe into which it is read")]
+    Device,
     /// The system does not let it be read.
     #[error("the file cannot be read ({0}); check its permissions")]
     Unreadable(io::Error),
@@ -155,7 +158,9 @@ pub enum Problem {
     #[error("the file does not say how many samples there are a second; say so with --rate HZ")]
     NoRate,
     /// A rate that cannot be.
-    #[error("a rate of {0} Hz cannot be; give a number above 0 with --rate HZ")]
+    #[error(
+        "a rate of {0} Hz cannot be; give the number of samples a second, from 1e-12 to 1e15, with --rate HZ"
+    )]
     BadRate(f64),
     /// The file's own clock says something else.
     #[error("the file's own clock gives {own} Hz, not {asked} Hz; leave --rate out")]
@@ -203,6 +208,20 @@ pub enum Problem {
         /// Name of the column.
         column: String,
         /// `NaN`, `inf` or `-inf`.
+        value: f64,
+    },
+    /// A sample whose square is beyond all numbers.
+    #[error(
+        "sample {index} (at {time} s) of `{column}` is {value:e}, too large to be squared; give the signal in a larger unit, or cut it out with --from and --to"
+    )]
+    TooLarge {
+        /// Index of the sample in the file, from 0.
+        index: usize,
+        /// Its time, s.
+        time: f64,
+        /// Name of the column.
+        column: String,
+        /// The sample.
         value: f64,
     },
 }

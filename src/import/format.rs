@@ -70,6 +70,10 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, Problem> {
     if path.is_dir() {
         return Err(Problem::Directory);
     }
+    // Some devices never end. A pipe may be what another program writes into.
+    if fs::metadata(path).is_ok_and(|about| is_device(about.file_type())) {
+        return Err(Problem::Device);
+    }
     let bytes = fs::read(path).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => Problem::Missing,
         _ => Problem::Unreadable(error),
@@ -78,4 +82,15 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, Problem> {
         return Err(Problem::Empty);
     }
     Ok(bytes)
+}
+
+#[cfg(unix)]
+fn is_device(kind: fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    kind.is_char_device() || kind.is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(_: fs::FileType) -> bool {
+    false
 }

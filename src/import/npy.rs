@@ -10,6 +10,10 @@ use super::{Clock, Column, Problem, Table, units};
 /// Names of a number that is the sample rate.
 const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
 
+/// Brackets within brackets in a header; the time to parse it grows exponentially with them. A
+/// record of arrays, which is not read here, has five.
+const DEEPEST: usize = 8;
+
 /// An array as it is in the file.
 struct RawArray {
     shape: Vec<usize>,
@@ -121,12 +125,34 @@ impl RawArray {
     }
 }
 
+/// Magic, version and length before a header, of the longer kind; its first two characters may be
+/// among them.
+const PREFIX: usize = 12;
+
+/// How deeply the brackets of the header, which ends with its line, are nested.
+fn nesting(bytes: &[u8]) -> usize {
+    let mut depth = 0_usize;
+    let mut deepest = 0;
+    for byte in bytes.iter().skip(PREFIX).take_while(|byte| **byte != b'\n') {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        deepest = deepest.max(depth);
+    }
+    deepest
+}
+
 /// Reads one array; `name` is for messages.
 fn read(bytes: &[u8], name: &str) -> Result<RawArray, Problem> {
     let damaged = |what: String| Problem::Damaged {
         format: "NumPy",
         what: format!("array `{name}`: {what}"),
     };
+    if nesting(bytes) > DEEPEST {
+        return Err(damaged("its header is nested too deeply".to_owned()));
+    }
     let mut rest = bytes;
     let header = NpyHeader::from_reader(&mut rest).map_err(|e| damaged(e.to_string()))?;
     let file = NpyFile::with_header(header, rest);

@@ -2,6 +2,9 @@
 
 use super::{Clock, Problem, Selection, Signal};
 
+/// The largest sample: a sum of the squares of all of them is still a number.
+const LARGEST: f64 = 1e150;
+
 /// Samples under a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -63,6 +66,15 @@ impl Table {
         if let Some(bad) = samples.iter().position(|value| !value.is_finite()) {
             let index = stretch.start + bad;
             return Err(Problem::NotFinite {
+                index,
+                time: time(index),
+                column: column.name,
+                value: samples[bad],
+            });
+        }
+        if let Some(bad) = samples.iter().position(|value| value.abs() > LARGEST) {
+            let index = stretch.start + bad;
+            return Err(Problem::TooLarge {
                 index,
                 time: time(index),
                 column: column.name,

@@ -261,6 +261,11 @@ fn bad_text_is_told_with_its_place() {
             &[],
             "sample 0 (at 0 s) of `u` is -inf",
         ),
+        (
+            "t,u\n0,1\n1,-1e300\n2,1\n",
+            &[],
+            "sample 1 (at 1 s) of `u` is -1e300, too large",
+        ),
         ("t,u\n0,1\n1,1\n3,1\n4,1\n", &[], "sample 1 is at 1 s"),
         (
             "t,u\n0,1\n1,1\n1,1\n",
@@ -275,6 +280,7 @@ fn bad_text_is_told_with_its_place() {
         ("1\n2\n", &[], "say so with --rate HZ"),
         ("1\n2\n", &[("rate", "0")], "a rate of 0 Hz cannot be"),
         ("1\n2\n", &[("rate", "nan")], "a rate of NaN Hz cannot be"),
+        ("1\n2\n", &[("rate", "1e-320")], " Hz cannot be; give"),
         (
             "t,u\n0,1\n1,2\n",
             &[("rate", "2")],
@@ -362,6 +368,29 @@ fn times_are_uniform_within_the_digits_they_were_written_with() {
         desk.refused(&table(&drifting), &[])
             .contains("not evenly spaced")
     );
+}
+
+#[test]
+fn a_header_nested_deeply_is_damaged() {
+    let desk = Desk::new();
+    let mut bytes = npy(&[30], npyz::Order::C, &[1.5; 30]);
+    bytes[10..100].fill(b'{');
+    let error = read_signal(&desk.put("deep.npy", bytes), &selection(&[]))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("damaged") && error.contains("nested"),
+        "{error}"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_is_not_read() {
+    let error = read_signal(std::path::Path::new("/dev/zero"), &selection(&[]))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("/dev/zero: this is a device"), "{error}");
 }
 
 fn npy<T: npyz::AutoSerialize + Copy>(shape: &[u64], order: npyz::Order, values: &[T]) -> Vec<u8> {

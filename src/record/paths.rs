@@ -190,9 +190,7 @@ pub const ZERO_ONE_AXES: &str = "chaos/translation/axes";
 /// K, in words.
 pub const ZERO_ONE_CAPTION: &str = "chaos/translation/caption";
 
-/// The kind of motion.
-pub const REGIME_KIND: &str = "regime/kind";
-/// How sure that is, 0 to 1.
+/// How sure the verdict is, 0 to 1, in the series of its kind.
 pub const REGIME_CONFIDENCE: &str = "regime/confidence";
 /// Kind and evidence, in words.
 pub const REGIME_VERDICT: &str = "regime/verdict";

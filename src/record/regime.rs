@@ -1,6 +1,6 @@
-//! The kind of motion: its history as coloured states, how sure it is, and the evidence in words.
+//! The kind of motion: its history in colours by how sure it is, and the evidence in words.
 
-use rerun::{RecordingStream, Scalars, StateChange, StateConfiguration, TextDocument};
+use rerun::{RecordingStream, Scalars, SeriesPoints, TextDocument};
 
 use super::{error::RecordError, paths, samples::name_series, stream, style};
 use crate::{
@@ -21,16 +21,14 @@ const KINDS: [Regime; 7] = [
 
 /// Names kinds and series.
 pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
-    let kinds = StateConfiguration::new()
-        .with_values(KINDS.map(|kind| kind.to_string()))
-        .with_colors(KINDS.map(style::regime));
-    rec.log_static(paths::REGIME_KIND, &kinds)?;
-    name_series(
-        rec,
-        paths::REGIME_CONFIDENCE,
-        ["confidence".to_owned()],
-        [style::SIGNAL],
-    )
+    let colors = KINDS.map(style::regime);
+    let names = KINDS.map(|kind| kind.to_string());
+    name_series(rec, paths::REGIME_CONFIDENCE, names, colors)?;
+    // A verdict between others has no line.
+    let points = SeriesPoints::new()
+        .with_colors(colors)
+        .with_marker_sizes([3.0; KINDS.len()]);
+    Ok(rec.log_static(paths::REGIME_CONFIDENCE, &points)?)
 }
 
 /// Draws the verdict on a window of `window` (s) that ends at `time` (s).
@@ -41,11 +39,12 @@ pub fn draw_verdict(
     window: f64,
     verdict: &Verdict,
 ) -> Result<(), RecordError> {
-    // Told even if it is the same: the history reaches as far as its last row.
-    let kind = StateChange::single(verdict.regime.to_string());
-    stream::log_at(rec, paths::REGIME_KIND, time, &kind)?;
-    let confidence = Scalars::single(verdict.confidence);
-    stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidence)?;
+    let confidence = |kind| match kind == verdict.regime {
+        true => verdict.confidence,
+        false => f64::NAN,
+    };
+    let confidences = Scalars::new(KINDS.map(confidence));
+    stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
     let text = document(header, time, window, verdict);
     let document = TextDocument::from_markdown(text);
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
@@ -74,11 +73,10 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
         .iter()
         .map(|evidence| {
             format!(
-                "| {} | {} | {} | {:.2} |\n",
-                evidence.what,
-                style::short(evidence.value),
-                evidence.kinds(),
+                "| {:.2} | {} | {} |\n",
                 evidence.weight,
+                evidence.what,
+                evidence.kinds(),
             )
         })
         .collect();
@@ -89,7 +87,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
         .collect();
     format!(
         "{heading}, from the {window} before {now}.\n\n\
-         | evidence | value | speaks for | weight |\n|---|---|---|---|\n{rows}\n{words}",
+         | weight | evidence | speaks for |\n|---|---|---|\n{rows}\n{words}",
         heading = heading(verdict),
         window = style::Quantity::Time.words(window),
         now = style::moment(header, time),
@@ -118,7 +116,7 @@ mod tests {
         assert!(
             text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
         );
-        assert!(text.contains("| 0-1 test | 0.0213 | periodic or quasi-periodic | 0.50 |\n"));
+        assert!(text.contains("| 0.50 | 0-1 test | periodic or quasi-periodic |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
     }
 }

@@ -12,12 +12,18 @@ use super::{
     paths,
     plot::{Axes, Axis, Bounds, Plot},
     portrait, stream,
-    style::{self, FullScale, Quantity},
+    style::{self, Quantity},
 };
 use crate::pipeline::message::{Header, SectionCoordinate, SectionPoint, Subject};
 
 /// Passages on show: a quarter of a second of a squeak at 4 kHz would be a thousand.
 const PASSAGES: usize = 600;
+/// Room round the passages, as a share of their spread.
+const MARGIN: f64 = 1.2;
+/// Half-width of an axis over the size of the motion, at the least.
+const LEAST_SHARE: f64 = 0.15;
+/// An axis this many times too wide is fitted anew.
+const OUTGROWN: f64 = 2.0;
 /// Side of both fields, pixels.
 const SIDE: f32 = 400.0;
 
@@ -36,12 +42,11 @@ pub struct Section {
 struct Coordinate {
     name: String,
     quantity: Quantity,
-    /// The value in the middle of the axis, and the smallest range to either side of it.
+    /// The value about which the motion swings, and the least half-width of an axis.
     middle: f64,
     smallest: f64,
-    scale: FullScale,
-    /// Whether the axis goes below the middle, and above it.
-    sides: [bool; 2],
+    /// Both ends of the axis.
+    range: [f64; 2],
 }
 
 impl Coordinate {
@@ -70,19 +75,34 @@ impl Coordinate {
             quantity: quantity.unwrap_or_else(|| Quantity::displacement(&header.subject)),
             middle,
             smallest,
-            scale: FullScale::new(smallest),
-            sides: [true; 2],
+            range: [middle; 2],
+        }
+    }
+
+    /// Half the width that shows values from `low` to `high`, at least a share of the motion.
+    fn half_width(&self, [low, high]: [f64; 2]) -> f64 {
+        let motion = (low - self.middle).abs().max((high - self.middle).abs());
+        let spread = 0.5 * MARGIN * (high - low);
+        spread.max(LEAST_SHARE * motion).max(self.smallest)
+    }
+
+    /// Fits the axis. It stays as long as it serves, so that the picture does not jump.
+    fn fit(&mut self, [low, high]: [f64; 2], half: f64) {
+        let [from, to] = self.range;
+        let serves = from <= low && high <= to && to - from <= 2.0 * OUTGROWN * half;
+        if !serves {
+            let centre = 0.5 * (low + high);
+            self.range = [centre - half, centre + half];
         }
     }
 
     /// The axis, and how many of its units make an SI unit.
     fn axis(&self, suffix: &str) -> (Axis, f64) {
-        let full = self.scale.get();
-        let unit = self.quantity.unit(full);
+        let [low, high] = self.range;
+        let unit = self.quantity.unit(low.abs().max(high.abs()));
         let name = style::with_unit(&format!("{}{suffix}", self.name), &unit.symbol);
-        let [below, above] = self.sides.map(|side| if side { full } else { 0.0 });
-        let [low, high] = [-below, above].map(|part| unit.per_si * (self.middle + part));
-        (Axis::linear(name, low, high, 4), unit.per_si)
+        let axis = Axis::linear(name, unit.per_si * low, unit.per_si * high, 4);
+        (axis, unit.per_si)
     }
 }
 
@@ -125,33 +145,21 @@ impl Section {
         self.draw_map(rec, time)
     }
 
-    /// Fits the axes. They show the size of the motion, not only the spread of the passages: the
-    /// passages of a tone must look like a point. Half the field is not wasted, though, where all
-    /// passages are on one side; and where both axes measure the same they have the same scale.
+    /// Fits the axes to the passages, but never closer than a share of the motion: those of a
+    /// tone must look like a point. Where both axes measure the same they have the same scale.
     fn scale(&mut self) {
         let spans: [[f64; 2]; 2] = std::array::from_fn(|c| {
-            let middle = self.coordinates[c].middle;
-            let values = || self.recent.iter().map(|point| point[c] - middle);
+            let values = || self.recent.iter().map(|point| point[c]);
             [
-                values().fold(0.0, f64::min).abs(),
-                values().fold(0.0, f64::max),
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
             ]
         });
-        let peaks = spans.map(|[below, above]| below.max(above));
-        let sides = spans.map(|span| {
-            let least = 0.02 * span[0].max(span[1]);
-            span.map(|side| side > least)
-        });
-        let both = sides.contains(&[true; 2]) || sides.contains(&[false; 2]);
+        let halves: [f64; 2] = std::array::from_fn(|c| self.coordinates[c].half_width(spans[c]));
         let alike = self.coordinates[0].quantity == self.coordinates[1].quantity;
+        let largest = halves[0].max(halves[1]);
         for (c, coordinate) in self.coordinates.iter_mut().enumerate() {
-            let peak = if alike {
-                peaks[0].max(peaks[1])
-            } else {
-                peaks[c]
-            };
-            coordinate.scale.update(peak, coordinate.smallest);
-            coordinate.sides = if both { [true; 2] } else { sides[c] };
+            coordinate.fit(spans[c], if alike { largest } else { halves[c] });
         }
     }
 
@@ -220,10 +228,23 @@ mod tests {
         section.push(&rec, 0.05, &points[..PASSAGES + 5]).unwrap();
         assert_eq!(section.recent.len(), PASSAGES);
         let [x, y] = section.coordinates.each_ref().map(|c| c.axis("").0);
-        // The first is always above zero and the second below: the other halves are left out.
-        assert_eq!((x.low, y.high), (0.0, 0.0));
-        assert_eq!(x.high, -y.low);
-        assert!((x.high - 0.4).abs() < 1e-12);
+        // The second strays by 0.2 um: all of it and a margin, on both axes.
+        for (axis, low, high) in [(&x, 0.1, 0.1), (&y, -0.4, -0.2)] {
+            let (centre, half) = (0.5 * (axis.low + axis.high), 0.5 * (axis.high - axis.low));
+            assert!((centre - 0.5 * (low + high)).abs() < 1e-12);
+            assert!((half - 0.1 * MARGIN).abs() < 1e-12);
+        }
+        // What still fits does not move the axes; what does not, does.
+        let drawn = section.coordinates[0].range;
+        section.push(&rec, 0.06, &points[..1]).unwrap();
+        assert_eq!(section.coordinates[0].range, drawn);
+        let stray = SectionPoint {
+            time: 0.06,
+            at: [5e-7, -2e-7],
+        };
+        section.push(&rec, 0.07, &[stray]).unwrap();
+        let [low, high] = section.coordinates[0].range;
+        assert!(low < 1e-7 && 5e-7 < high && [low, high] != drawn);
         assert_eq!(
             (x.name.as_str(), y.name.as_str()),
             ("u(t), µm", "u(t + 2τ), µm")

@@ -115,7 +115,6 @@ const LABORATORY: &[&str] = &[
     paths::ZERO_ONE,
     paths::ZERO_ONE_PATH,
     paths::ZERO_ONE_CAPTION,
-    paths::REGIME_KIND,
     paths::REGIME_CONFIDENCE,
     paths::REGIME_VERDICT,
 ];
@@ -184,7 +183,7 @@ fn only_views_of_the_analyses_that_run_exist() {
         (AnalysisKind::Quantification, 5),
         (AnalysisKind::Section, 2),
         (AnalysisKind::Chaos, 4),
-        (AnalysisKind::Regime, 3),
+        (AnalysisKind::Regime, 2),
     ] {
         assert_eq!(count(vec![kind]), none + views, "{kind:?}");
     }

@@ -98,7 +98,7 @@ impl DivergenceSearch {
             lag,
             dimension,
             theiler,
-            horizon: (20 * theiler.max(lag)).min(samples / 4),
+            horizon: theiler.max(lag).saturating_mul(20).min(samples / 4),
             method: DivergenceMethod::Rosenstein,
             most_references: 2000,
         }
@@ -153,7 +153,10 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
         });
     }
     let apart = search.theiler.max(1);
-    let fewest = search.horizon + 2 * apart + 1;
+    let fewest = apart
+        .saturating_mul(2)
+        .saturating_add(search.horizon)
+        .saturating_add(1);
     if vectors.len() < fewest {
         return Err(AnalysisError::TooShort {
             what: "divergence",

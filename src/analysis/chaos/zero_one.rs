@@ -137,7 +137,10 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
         return Err(AnalysisError::TooShort {
             what: "0-1 test",
             have: samples.len(),
-            need: (ZeroOneTest::FEWEST_SAMPLES - 1) * test.stride + 1,
+            need: test
+                .stride
+                .saturating_mul(ZeroOneTest::FEWEST_SAMPLES - 1)
+                .saturating_add(1),
         });
     }
     let mut rng = ChaCha8Rng::seed_from_u64(test.seed);
@@ -193,18 +196,20 @@ fn translate(samples: &[f64], c: f64) -> impl Iterator<Item = Complex<f64>> {
 fn correlation_with_time(curve: &[f64]) -> f64 {
     let n = curve.len() as f64;
     let mean = curve.iter().sum::<f64>() / n;
+    // Displacements are squares: squared once more they would soon underflow or overflow.
+    let largest = curve.iter().fold(0.0, |most, d| (d - mean).abs().max(most));
+    if largest == 0.0 {
+        return 0.0;
+    }
     let (mut both, mut curve_alone) = (0.0, 0.0);
     for (i, d) in curve.iter().enumerate() {
         let time = (i as f64 + 1.0) - 0.5 * (n + 1.0);
-        both += time * (d - mean);
-        curve_alone += (d - mean) * (d - mean);
+        let deviation = (d - mean) / largest;
+        both += time * deviation;
+        curve_alone += deviation * deviation;
     }
     let time_alone = n * (n * n - 1.0) / 12.0;
-    if curve_alone > 0.0 {
-        both / (time_alone * curve_alone).sqrt()
-    } else {
-        0.0
-    }
+    both / (time_alone * curve_alone).sqrt()
 }
 
 /// Measures displacements of paths of one length.

@@ -40,9 +40,10 @@ impl<'a> DelayVectors<'a> {
         })
     }
 
-    /// The number of samples that `count` vectors take.
+    /// The number of samples that `count` vectors take (dimension at least 1); `usize::MAX` if it
+    /// is beyond that.
     pub fn samples_for(count: usize, lag: usize, dimension: usize) -> usize {
-        count + (dimension - 1) * lag
+        count.saturating_add((dimension - 1).saturating_mul(lag))
     }
 
     /// The number of vectors; at least 1.
@@ -117,5 +118,8 @@ mod tests {
         assert!(DelayVectors::new(&u, 0, 3).is_err());
         assert!(DelayVectors::new(&u, 1, 0).is_err());
         assert_eq!(DelayVectors::new(&u, 9, 1).unwrap().len(), 6);
+        // A span of 2^64 and more.
+        assert!(DelayVectors::new(&u, 1 << 63, 3).is_err());
+        assert!(DelayVectors::new(&u, usize::MAX, usize::MAX).is_err());
     }
 }

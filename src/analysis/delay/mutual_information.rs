@@ -326,11 +326,6 @@ mod tests {
                 let signal = sines(period, count, &[(1.0, 1.0, 0.3)]);
                 let mutual = mutual_information(&signal, 200, bins).unwrap();
                 let lag = mutual.first_clear_minimum().unwrap() as f64;
-                println!(
-                    "{period} {count} {:?} {}",
-                    mutual.first_minimum(),
-                    lag / period
-                );
                 assert!((0.1..0.4).contains(&(lag / period)), "{period}, {lag}");
             }
         }

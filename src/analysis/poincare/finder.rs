@@ -113,7 +113,7 @@ impl SectionFinder {
         }
         let later = |c| Coordinate {
             channel: 0,
-            delay: c * lag,
+            delay: lag.saturating_mul(c),
             normal: if c == 1 { 1.0 } else { 0.0 },
         };
         let coordinates = (0..dimension).map(later).collect();

@@ -105,6 +105,8 @@ impl Stencil {
             } else {
                 middle - side * radius
             };
+            // Rounding may have carried it out of the interval.
+            let x = x.clamp(a, b);
             self.set(x);
             let y = self.value(samples);
             if y == 0.0 || (y > 0.0) == (at_b > 0.0) {

@@ -178,6 +178,7 @@ fn what_is_no_section_is_refused() {
         }
     );
     assert_eq!(delay(1, 1), AnalysisError::FlatSection { dimension: 1 });
+    assert!(matches!(delay(1 << 63, 3), AnalysisError::TooShort { .. }));
     assert!(matches!(
         delay(4, 2),
         AnalysisError::TooShort {
@@ -186,6 +187,24 @@ fn what_is_no_section_is_refused() {
             ..
         }
     ));
+}
+
+#[test]
+fn samples_of_a_few_bits_are_passed_between_their_neighbours() {
+    // Multiples of the smallest number: products of them are rounded away.
+    let tiny = |x: f64| 5e-324 * (1000.0 * x).round();
+    let y: Vec<f64> = sines(1.0, 20_000, &[(0.034, 1.0, 0.0)])
+        .iter()
+        .zip(noise(1, 20_000, 0.05))
+        .map(|(a, b)| tiny(a + b))
+        .collect();
+    let crossings = plane_section(&[&y], &[1.0], 0.0, Direction::Both).unwrap();
+    assert!(crossings.len() > 1000);
+    for crossing in crossings {
+        let left = crossing.sample.floor() as usize;
+        let rising = y[left] < 0.0 || y[left + 1] > 0.0;
+        assert_eq!(rising, crossing.rising, "{crossing:?}");
+    }
 }
 
 proptest! {

@@ -30,6 +30,20 @@ const ROWS: usize = 2000;
 /// Errors of prediction below this come from how the states happen to lie, not from noise.
 pub(super) const LEAST_ERROR: f64 = 3e-3;
 
+/// Errors of prediction over the deviation of the signal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foretold {
+    /// Whether the signal is foretold from sample to sample, as a map, rather than by quarter
+    /// turns.
+    pub map: bool,
+    /// A quarter turn (a sample of a map) ahead, by the neighbour.
+    pub near: f64,
+    /// As far ahead, by a linear map.
+    pub linear: f64,
+    /// Ten turns (forty samples of a map) ahead, by the neighbour.
+    pub far: f64,
+}
+
 /// The states of a record and their neighbours.
 pub(super) struct Neighbourhood<'a> {
     tree: NeighbourTree<'a>,
@@ -49,8 +63,8 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
-    /// The errors of prediction `near`, `linear` and `far` of [`super::signs::Signs`].
-    pub(super) fn prediction_errors(&self) -> [f64; 3] {
+    /// The errors of prediction a lag and [`FAR`] turns ahead.
+    pub(super) fn foretold(&self) -> Foretold {
         let Self {
             tree,
             vectors,
@@ -103,7 +117,12 @@ impl<'a> Neighbourhood<'a> {
             .map(row)
             .map(|(state, next)| (next - state.dot(&map)).powi(2));
         let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
-        [relative(near), linear, relative(far)]
+        Foretold {
+            map: false,
+            near: relative(near),
+            linear,
+            far: relative(far),
+        }
     }
 
     /// [`super::signs::Signs::parting`]: over the pairs, the mean of half the logarithm of the mean

@@ -2,7 +2,7 @@
 
 use std::f64::consts::LN_2;
 
-use super::neighbourhood::{DIMENSION, LEAST_ERROR, Neighbourhood, TURN};
+use super::neighbourhood::{DIMENSION, Foretold, LEAST_ERROR, Neighbourhood, TURN};
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
     Line, LineCriterion, Naming, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
@@ -15,6 +15,11 @@ const PIECES: usize = 8;
 
 /// The largest lag tried.
 const LARGEST_LAG: usize = 200;
+
+/// A signal with a larger error of prediction is not foretold; it is if the neighbour's is this
+/// share of that of a linear map.
+const UNFORETOLD: f64 = 0.4;
+const LAWFUL: f64 = 0.7;
 
 /// The longest period looked for in the section, in passages; four multiples of it must fit in
 /// half of them.
@@ -79,6 +84,8 @@ pub(super) struct Signs {
     pub turns: f64,
     /// Of the natural logarithm of the root mean square.
     pub envelope: Trend,
+    /// Natural logarithm of the root mean square of the loudest piece over that of the faintest.
+    pub unevenness: f64,
     /// Of the natural logarithm of the time between passages of the section.
     pub tempo: Option<Trend>,
     /// Share of the power in the floor of the spectrum.
@@ -89,11 +96,8 @@ pub(super) struct Signs {
     pub tones: Tones,
     pub section: SectionShape,
     pub passages: usize,
-    /// Error of prediction a lag ahead, by the neighbour and by a linear map, and many turns ahead
-    /// by the neighbour; over the deviation of the signal.
-    pub near: f64,
-    pub linear: f64,
-    pub far: f64,
+    /// How well the signal is foretold.
+    pub foretold: Foretold,
     /// How far neighbours have parted, natural logarithm, from a thirtieth of the record on to a
     /// quarter of it.
     pub parting: f64,
@@ -140,26 +144,35 @@ impl Signs {
         let (low, high) = extent(&centred);
 
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
-        let near_states = Neighbourhood::new(vectors, lag, power);
-        let [near, linear, far] = near_states.prediction_errors();
+        let neighbourhood = Neighbourhood::new(vectors, lag, power);
+        let mut foretold = neighbourhood.foretold();
+        if lag > 1 && foretold.near > UNFORETOLD {
+            // A map forgets too fast for a quarter turn; sample by sample it may still be lawful.
+            let vectors = DelayVectors::new(&centred, 1, DIMENSION)?;
+            let next = Neighbourhood::new(vectors, 1, power).foretold();
+            if next.near < LAWFUL * next.linear {
+                foretold = Foretold { map: true, ..next };
+            }
+        }
+        let levels = levels(&centred, power);
+        let (faintest, loudest) = extent(&levels);
         let stride = ZeroOneTest::stride_for(&centred).max(lag);
         let late = &centred[n.saturating_sub(DRIFT_SAMPLES * stride)..];
         let drift = zero_one(late, &ZeroOneTest::with_stride(stride));
         let turn = (TURN * lag) as f64;
         Ok(Self {
             turns: (n as f64 / turn).max(crossings.len() as f64),
-            envelope: Trend::of(&levels(&centred, power)),
+            envelope: Trend::of(&levels),
+            unevenness: loudest - faintest,
             tempo: periods(&instants).map(|periods| Trend::of(&periods)),
             floor: spectrum.floor_share(),
             coloured: spectrum.floor_share() * colour(&spectrum.floor()),
             tones,
             section: section_shape(&points, high - low),
             passages: crossings.len(),
-            near,
-            linear,
-            far,
-            parting: near_states.parting(),
-            wandering: near_states.wandering(),
+            foretold,
+            parting: neighbourhood.parting(),
+            wandering: neighbourhood.wandering(),
             states: vectors.len(),
             periodic: repetition(&points).map(|(apart, period)| (apart / power.sqrt(), period)),
             drift: drift.ok().map(|result| (result.k, result.samples)),
@@ -169,23 +182,23 @@ impl Signs {
 
     /// The floor over what noise would have to make it, given how well the next lag is foretold.
     pub(super) fn lawful_floor(&self) -> f64 {
-        self.floor / self.near.max(LEAST_ERROR).powi(2)
+        self.floor / self.foretold.near.max(LEAST_ERROR).powi(2)
     }
 
     /// How far the passages are from those a period before over what noise explains.
     pub(super) fn unrepeated(&self) -> Option<f64> {
         let (apart, _) = self.periodic?;
-        Some(apart / self.near.max(LEAST_ERROR))
+        Some(apart / self.foretold.near.max(LEAST_ERROR))
     }
 
     /// How much the error of prediction grows from a lag to many turns.
     pub(super) fn growth(&self) -> f64 {
-        self.far / self.near.max(LEAST_ERROR)
+        self.foretold.far / self.foretold.near.max(LEAST_ERROR)
     }
 
     /// The neighbour's error of prediction over that of a linear map.
     pub(super) fn against_linear(&self) -> f64 {
-        self.near / self.linear.max(1e-9)
+        self.foretold.near / self.foretold.linear.max(1e-9)
     }
 }
 
@@ -229,9 +242,15 @@ impl Trend {
         let slope = both().map(|(t, y)| t * y).sum::<f64>() / spread;
         let rest: f64 = both().map(|(t, y)| (y - slope * t).powi(2)).sum();
         let error = (rest / (n - 2.0) / spread).sqrt();
+        // By chance all of eight values rise once in 40,000 times; a trend need not be straight.
+        let rising = values.is_sorted_by(|a, b| a < b);
+        let falling = values.is_sorted_by(|a, b| a > b);
         Self {
             change: slope * (n - 1.0),
-            clarity: slope.abs() / error.max(1e-12),
+            clarity: match rising || falling {
+                true => f64::INFINITY,
+                false => slope.abs() / error.max(1e-12),
+            },
         }
     }
 }

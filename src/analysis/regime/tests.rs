@@ -232,6 +232,51 @@ fn what_still_changes_is_a_transient() {
 }
 
 #[test]
+fn a_chirp_over_octaves_is_a_transient() {
+    let n = 20_000;
+    for (from, to) in [(200.0, 3800.0), (100.0, 10_000.0), (1000.0, 1500.0)] {
+        let phase = |i: usize| {
+            let t = i as f64 / 44_100.0;
+            let length = n as f64 / 44_100.0;
+            TAU * (from * t + (to - from) * t * t / (2.0 * length))
+        };
+        let chirp: Vec<f64> = (0..n).map(|i| phase(i).sin()).collect();
+        expect(Transient, "chirp", &chirp);
+    }
+}
+
+#[test]
+fn what_comes_and_goes_is_a_transient() {
+    let mut spike = vec![0.0; 4000];
+    spike[2000] = 1.0;
+    expect(Transient, "spike", &spike);
+    let mut burst = tones(6000, &[(1.0, 1.0)]);
+    burst[..3000].fill(0.0);
+    burst[4500..].fill(0.0);
+    expect(Transient, "burst", &burst);
+}
+
+#[test]
+fn maps_are_no_noise() {
+    let mut x = 0.3;
+    let logistic: Vec<f64> = (0..5000)
+        .map(|_| {
+            x = 3.99 * x * (1.0 - x);
+            x
+        })
+        .collect();
+    expect(Chaotic, "logistic map", &logistic);
+    let mut at = [0.1, 0.1];
+    let henon: Vec<f64> = (0..5000)
+        .map(|_| {
+            at = [1.0 - 1.4 * at[0] * at[0] + at[1], 0.3 * at[0]];
+            at[0]
+        })
+        .collect();
+    expect(Chaotic, "Henon map", &henon);
+}
+
+#[test]
 fn nothing_is_silent() {
     for still in [0.0, 1.0, -3e8, 1e-300] {
         let found = verdict(&[still; 500]);

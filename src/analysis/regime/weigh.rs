@@ -1,5 +1,6 @@
 //! What each sign speaks for, how strongly, and in which words.
 
+use super::neighbourhood::Foretold;
 use super::signs::{Signs, Tones, Trend};
 use super::{Evidence, Regime};
 use crate::analysis::SectionShape;
@@ -32,6 +33,9 @@ const ENVELOPE: Ramp = ramp(0.08, 0.3, 0.95);
 const ENVELOPE_CLARITY: Ramp = ramp(3.0, 6.0, 1.0);
 /// A change so large that it need not be straight.
 const LARGE_CHANGE: Ramp = ramp(1.0, 2.0, 1.0);
+
+/// Natural logarithm of the level of the loudest eighth of the record over that of the faintest.
+const UNEVEN: Ramp = ramp(1.0, 2.0, 0.95);
 
 /// Change of the period, natural logarithm, over the record.
 const TEMPO: Ramp = ramp(0.01, 0.04, 0.95);
@@ -182,7 +186,20 @@ fn change(signs: &Signs) -> Vec<Evidence> {
             100.0 * trend.change.exp_m1().abs()
         ),
     };
-    let mut all = vec![envelope(signs.envelope, signs.envelope.change.abs())];
+    let uneven = Evidence {
+        what: "evenness",
+        value: signs.unevenness,
+        says: &[Transient],
+        weight: UNEVEN.at(signs.unevenness),
+        words: format!(
+            "One eighth of the record is {:.1} times as loud as another.",
+            signs.unevenness.exp()
+        ),
+    };
+    let mut all = vec![
+        envelope(signs.envelope, signs.envelope.change.abs()),
+        uneven,
+    ];
     all.extend(signs.tempo.map(tempo));
     all
 }
@@ -193,7 +210,7 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
         * LINES_COLOURED.at(signs.coloured)
         * (1.0 - parts_slowly(signs))
         * LINES_TURNS.at(signs.turns)
-        * LINES_FORETOLD.at(signs.near);
+        * LINES_FORETOLD.at(signs.foretold.near);
     let reading = |value, says, weight, words| Evidence {
         what: "spectral lines",
         value,
@@ -287,7 +304,7 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
         what: "lawful floor",
         value: ratio,
         says: &[Chaotic],
-        weight: LAWFUL_FLOOR.at(ratio.max(1.0).ln()) * FORETOLD.at(signs.near),
+        weight: LAWFUL_FLOOR.at(ratio.max(1.0).ln()) * FORETOLD.at(signs.foretold.near),
         words: format!(
             "{percent:.2} % of the power lies between the lines, {ratio:.0} times what noise \
              would leave unforetold."
@@ -349,7 +366,7 @@ fn repetition(signs: &Signs) -> Option<Evidence> {
         } else {
             &[QuasiPeriodic, Chaotic, Noise, Transient]
         },
-        weight: repeated.max(not) * LINES_FORETOLD.at(signs.near),
+        weight: repeated.max(not) * LINES_FORETOLD.at(signs.foretold.near),
         words: format!(
             "Passages {} apart differ by {:.2} % of the deviation, {ratio:.1} times what noise \
              explains.",
@@ -370,9 +387,16 @@ fn parts_slowly(signs: &Signs) -> f64 {
 
 /// How well is it foretold?
 fn prediction(signs: &Signs) -> [Evidence; 4] {
-    let Signs {
-        near, far, linear, ..
-    } = *signs;
+    let Foretold {
+        map,
+        near,
+        linear,
+        far,
+    } = signs.foretold;
+    let (next, later) = match map {
+        true => ("next sample", "forty samples"),
+        false => ("next quarter turn", "ten turns"),
+    };
     let (growth, ratio) = (signs.growth(), signs.against_linear());
     [
         Evidence {
@@ -381,7 +405,7 @@ fn prediction(signs: &Signs) -> [Evidence; 4] {
             says: &[Periodic, QuasiPeriodic],
             weight: STEADY.at(growth) * STEADY_ERROR.at(far) * (1.0 - parts_slowly(signs)),
             words: format!(
-                "States once near each other differ after ten turns by {:.1} % of the \
+                "States once near each other differ after {later} by {:.1} % of the \
                  deviation, {growth:.1} times as much as at first.",
                 100.0 * far
             ),
@@ -392,8 +416,7 @@ fn prediction(signs: &Signs) -> [Evidence; 4] {
             says: &[Chaotic],
             weight: PARTING.at(growth) * BENT.at(ratio),
             words: format!(
-                "Neighbours foretell the next quarter turn to {:.1} % of the deviation, ten turns \
-                 to {:.0} %.",
+                "Neighbours foretell the {next} to {:.1} % of the deviation, {later} to {:.0} %.",
                 100.0 * near,
                 100.0 * far
             ),
@@ -422,7 +445,7 @@ fn prediction(signs: &Signs) -> [Evidence; 4] {
                 * NOT_BENT.at(ratio)
                 * NOISE_STATES.at(signs.states as f64),
             words: format!(
-                "Neighbours foretell the next quarter turn to {:.0} % of the deviation, no better \
+                "Neighbours foretell the {next} to {:.0} % of the deviation, no better \
                  than a linear map does, to {:.0} %.",
                 100.0 * near,
                 100.0 * linear

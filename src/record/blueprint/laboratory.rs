@@ -1,6 +1,6 @@
 //! The screens of the signal laboratory: embedding, recurrence, kind of motion.
 
-use rerun::blueprint::{ContainerLike, StateTimelineView};
+use rerun::blueprint::ContainerLike;
 
 use super::{Layout, Parts, tab};
 use crate::{
@@ -107,9 +107,9 @@ impl Layout {
         });
         let [pictures, histories] = chaos.unwrap_or_default();
         let right = Parts::new()
-            .add(0.2, history)
-            .add(0.48, pictures)
-            .add(0.32, histories);
+            .add(0.26, history)
+            .add(0.44, pictures)
+            .add(0.3, histories);
         let screen = Parts::new().add(0.3, verdict).add(0.7, right.column());
         tab("Kind of motion", screen.row())
     }
@@ -120,12 +120,11 @@ impl Layout {
             return [None, None];
         }
         let verdict = self.text("Kind of motion", paths::REGIME_VERDICT);
-        let kinds = StateTimelineView::new("Kind of motion").with_origin(paths::REGIME_KIND);
-        let confidence = self.series("How sure, 0 to 1", paths::REGIME_CONFIDENCE, None);
-        self.range(&confidence, 0.0, 1.05);
-        let history = Parts::new()
-            .add(1.5, ContainerLike::from(kinds))
-            .add(1.0, confidence);
-        [Some(verdict), history.row()]
+        let history = self.many_series(
+            "Kind of motion, by how sure (0 to 1)",
+            &[paths::REGIME_CONFIDENCE],
+        );
+        self.range(&history, 0.0, 1.05);
+        [Some(verdict), Some(history)]
     }
 }

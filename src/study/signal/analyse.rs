@@ -6,10 +6,11 @@ use super::{
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
-    DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, Line, LineCriterion, Measures, Norm,
-    RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SpectrumAnalyser, Stft, Threshold,
-    Window, ZeroOneTest, choose_delay, classify, clusters, delay_section, divergence,
-    false_neighbours, find_threshold, name_lines, quantify, section_shape, zero_one,
+    DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, LARGEST_SAMPLE, Line, LineCriterion,
+    Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE,
+    SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, clusters,
+    delay_section, divergence, false_neighbours, find_threshold, name_lines, quantify,
+    section_shape, zero_one,
 };
 use crate::import::Signal;
 
@@ -18,6 +19,9 @@ const LINE_UNCERTAINTY: f64 = 0.25;
 
 /// About so many columns make a spectrogram.
 const COLUMNS: usize = 400;
+
+/// Periods that a window of the spectrogram holds where there is room.
+const SPECTROGRAM_PERIODS: f64 = 48.0;
 
 /// Share of the pairs that is recurrent, unless the user says otherwise.
 const RECURRENCE_RATE: f64 = 0.05;
@@ -36,8 +40,8 @@ const WINDOWS: usize = 120;
 const SHORTEST_LINE: usize = 2;
 
 /// Points along a side of the picture, and how many periods it shows.
-const PICTURE: usize = 480;
-const PICTURE_PERIODS: f64 = 12.0;
+const PICTURE: usize = 560;
+const PICTURE_PERIODS: f64 = 28.0;
 
 /// Passages whose shape is told.
 const MOST_PASSAGES: usize = 2000;
@@ -54,7 +58,7 @@ const MANY_SAMPLES: usize = 50_000;
 ///
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`FEWEST_SAMPLES`], [`AnalysisError::Constant`] if nothing
-/// moves, and what a method says of a lag, a dimension or a threshold that it cannot work with.
+/// moves, [`AnalysisError::Size`] for samples that cannot be squared, and what a method says of a lag, a dimension or a threshold that it cannot work with.
 pub fn analyse_signal(
     signal: Signal,
     search: &SignalSearch,
@@ -95,6 +99,10 @@ fn run(
     if samples.iter().all(|x| *x == samples[0]) {
         return Err(End::Failed(AnalysisError::Constant));
     }
+    let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
+    if !can_be_squared || extent(samples) < SMALLEST_RANGE {
+        return Err(End::Failed(AnalysisError::Size));
+    }
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
@@ -104,23 +112,21 @@ fn run(
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
     let lines = spectrum.lines(&LineCriterion::default());
     let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
-    let named = lines.iter().zip(&naming.names).map(|(&line, &name)| {
-        let misfit = |name| line.frequency - naming.bases.frequency(name);
-        NamedLine {
-            line,
-            name,
-            misfit: name.map(misfit),
-        }
+    let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
+        line,
+        name: naming.names[i],
+        misfit: naming.misfit(i, line),
     });
     let named = named.collect();
     let floor_share = spectrum.floor_share();
-    step(0.05, "spectrogram")?;
-    let spectrogram = spectrogram(&signal)?;
-    step(0.15, "lag and dimension")?;
+    step(0.05, "lag and dimension")?;
     let delay = delay(newest, search)?;
+    let period = period_of(&lines, &delay, signal.rate);
+    step(0.25, "spectrogram")?;
+    let spectrogram = spectrogram(&signal, period)?;
     step(0.35, "recurrence")?;
     let plan = Plan::new(&delay, search, newest.len());
-    let mut recurrence = plan.quantify(&signal, newest, period_of(&lines, &delay, signal.rate))?;
+    let mut recurrence = plan.quantify(&signal, newest, period)?;
     step(0.55, "recurrence along the signal")?;
     recurrence.along = plan.along(&signal)?;
     step(0.65, "section")?;
@@ -170,15 +176,19 @@ fn run(
     })
 }
 
-/// The window of a spectrogram of so many samples.
-pub(super) fn spectrogram_window(count: usize) -> usize {
-    let length = (2.0 * (count as f64).sqrt()) as usize;
+/// The window of a spectrogram of so many samples, of a motion with this period (samples): both
+/// of time and of frequency as much as there is room for, but side lines of a twelfth of the
+/// tone are told from it.
+pub(super) fn spectrogram_window(count: usize, period: f64) -> usize {
+    let even = 2.0 * (count as f64).sqrt();
+    let telling = (SPECTROGRAM_PERIODS * period).min(count as f64 / 8.0);
+    let length = even.max(telling) as usize;
     length.next_power_of_two().clamp(64, 8192).min(count)
 }
 
-fn spectrogram(signal: &Signal) -> Result<Vec<Column>, AnalysisError> {
+fn spectrogram(signal: &Signal, period: f64) -> Result<Vec<Column>, AnalysisError> {
     let count = signal.samples.len();
-    let length = spectrogram_window(count);
+    let length = spectrogram_window(count, period);
     let hop = ((count - length) as f64 / COLUMNS as f64).max(length as f64 / 8.0);
     let mut columns = Vec::new();
     Stft::new(Window::Hann, length, hop, signal.rate).push(&signal.samples, |column| {
@@ -278,17 +288,23 @@ impl Plan {
             }
         };
         let counts = quantify(&vectors, &rule)?;
+        let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
+        let nearness = match self.rule.threshold {
+            Threshold::Distance(_) | Threshold::Spread(_) => rule.threshold,
+            Threshold::Rate(_) => self.rule.threshold,
+            Threshold::Neighbours(_) => Threshold::Rate(measures.recurrence_rate),
+        };
         let seconds = self.stride as f64 / signal.rate;
         Ok(RecurrenceReport {
             rule: self.rule,
             epsilon,
             stride: self.stride,
             lag: self.lag,
-            measures: counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted),
+            measures,
             period: counts.period().map(|states| states * seconds),
             counts,
             along: Vec::new(),
-            picture: self.picture(signal, newest, period)?,
+            picture: self.picture(signal, newest, period, nearness)?,
         })
     }
 
@@ -298,6 +314,7 @@ impl Plan {
         signal: &Signal,
         newest: &[f64],
         period: f64,
+        nearness: Threshold,
     ) -> Result<RecurrenceImage, AnalysisError> {
         let vectors = DelayVectors::new(newest, self.lag * self.stride, self.dimension)?;
         let span = (PICTURE_PERIODS * period) as usize;
@@ -305,13 +322,8 @@ impl Plan {
         let size = PICTURE.min(vectors.len());
         let first = vectors.len() - 1 - (size - 1) * hop;
         let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
-        let mut plot = RecurrencePlot::new();
+        let mut plot = RecurrencePlot::with(self.rule.norm, 1);
         plot.measure(&vectors, &picks);
-        let rate = match self.rule.threshold {
-            Threshold::Rate(rate) => rate,
-            _ => RECURRENCE_RATE,
-        };
-        let epsilon = plot.distance_for_rate(rate);
         // The newest coordinate says when a state is.
         let ahead = newest.len() - vectors.len();
         let offset = signal.samples.len() - newest.len() + ahead;
@@ -320,7 +332,7 @@ impl Plan {
             size,
             span: [time(first), time(vectors.len() - 1)],
             distance: plot.distance_picture(),
-            recurrent: plot.recurrence_picture(epsilon),
+            recurrent: plot.recurrences(nearness)?.pixels,
         })
     }
 
@@ -387,4 +399,63 @@ fn parting(
     let rules =
         DivergenceSearch::for_delay(delay.lag, delay.dimension, delay.theiler, samples.len());
     divergence(samples, &DivergenceSearch { method, ..rules })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::test_signals::{noise, sines};
+
+    fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalReport, AnalysisError> {
+        let signal = Signal {
+            name: "u".to_owned(),
+            unit: String::new(),
+            rate: 1000.0,
+            start: 0.0,
+            samples,
+        };
+        let search = SignalSearch {
+            threshold: Some(threshold),
+            ..SignalSearch::default()
+        };
+        let report = analyse_signal(signal, &search, &mut |_, _| true);
+        report.map(|report| report.expect("it is not stopped"))
+    }
+
+    #[test]
+    fn the_picture_has_the_threshold_that_was_asked_for() {
+        let tone = sines(1000.0, 1500, &[(23.0, 1.0, 0.2)]);
+        let signal: Vec<f64> = tone
+            .iter()
+            .zip(noise(1, 1500, 0.02))
+            .map(|(a, b)| a + b)
+            .collect();
+        let share = |threshold| {
+            let recurrence = report(signal.clone(), threshold).unwrap().recurrence;
+            let pixels = recurrence.picture.recurrent;
+            let black = pixels.iter().filter(|&&p| p == 255).count() as f64;
+            black / pixels.len() as f64
+        };
+        // No distance is larger than that.
+        assert_eq!(share(Threshold::Distance(100.0)), 1.0);
+        assert_eq!(share(Threshold::Spread(100.0)), 1.0);
+        assert_eq!(share(Threshold::Neighbours(10_000)), 1.0);
+        assert!((share(Threshold::Rate(0.3)) - 0.3).abs() < 0.01);
+    }
+
+    #[test]
+    fn samples_that_cannot_be_squared_are_refused() {
+        let tone = sines(1000.0, 600, &[(23.0, 1.0, 0.2)]);
+        for factor in [1e-200, 1e-145, 1e145, 1e300] {
+            let scaled = tone.iter().map(|x| factor * x).collect();
+            let error = report(scaled, Threshold::Rate(0.05)).unwrap_err();
+            assert_eq!(error, AnalysisError::Size, "{factor}");
+        }
+        for factor in [1e-130, 1e130] {
+            let scaled = tone.iter().map(|x| factor * x).collect();
+            let report = report(scaled, Threshold::Rate(0.05)).unwrap();
+            assert_eq!(report.delay.dimension, 2, "{factor}");
+            assert!((report.lines[0].line.frequency - 23.0).abs() < 0.01);
+        }
+    }
 }

@@ -55,7 +55,7 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         spectrum: Some(sliding(SPECTRUM_PERIODS * period, LOOKS)),
         spectrogram: Some(SpectrogramSpec {
             sliding: sliding(
-                spectrogram_window(signal.samples.len()) as f64 / rate,
+                spectrogram_window(signal.samples.len(), period * rate) as f64 / rate,
                 2.0 * LOOKS,
             ),
             max_frequency: highest_frequency(report),

@@ -97,7 +97,8 @@ pub struct RecurrenceImage {
     pub span: [f64; 2],
     /// Distances, 0 (same) to 255 (largest), row-major, oldest first.
     pub distance: Vec<u8>,
-    /// 255 recurrent, 0 not.
+    /// 255 recurrent, 0 not: at the distance that the threshold comes to. A rate is that of the
+    /// picture itself; a number of neighbours is shown as the rate that it comes to.
     pub recurrent: Vec<u8>,
 }
 

@@ -260,6 +260,14 @@ fn what_cannot_be_followed_is_refused() {
     let refusal = |n: usize, search| divergence(&vec![0.0; n], &search).unwrap_err();
     assert_eq!(refusal(129, search), short(129));
     assert!(divergence(&noise(1, 130, 1.0), &search).is_ok());
+    let endless = DivergenceSearch {
+        theiler: usize::MAX,
+        ..search
+    };
+    assert!(matches!(
+        refusal(400, endless),
+        AnalysisError::TooShort { .. }
+    ));
     let none = DivergenceSearch {
         most_references: 0,
         ..search

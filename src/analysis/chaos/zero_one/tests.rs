@@ -84,6 +84,15 @@ fn the_logistic_map_is_told_as_in_the_paper() {
 }
 
 #[test]
+fn small_and_large_signals_are_told_alike() {
+    let signal = logistic(3.97, 1000);
+    for power in [-400, -300, 300, 400] {
+        let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(power)).collect();
+        assert!((k(&scaled, 1) - k(&signal, 1)).abs() < 1e-12, "2^{power}");
+    }
+}
+
+#[test]
 fn tones_are_regular_and_noise_is_taken_for_chaos() {
     let golden = 0.0713 * 1.618_034;
     let one = sines(1.0, 5000, &[(0.0713, 1.0, 0.2)]);
@@ -172,6 +181,10 @@ fn what_cannot_be_tested_is_refused() {
         }
     );
     assert!(zero_one(&[0.0; 496], &test).is_ok());
+    assert!(matches!(
+        refusal(&[0.0; 500], ZeroOneTest::with_stride(1 << 63)),
+        AnalysisError::TooShort { .. }
+    ));
     let zero = |what| AnalysisError::Zero { what };
     assert_eq!(
         refusal(&[0.0; 500], ZeroOneTest::with_stride(0)),

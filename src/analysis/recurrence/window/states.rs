@@ -54,7 +54,7 @@ impl States {
         let kept = self.samples.len() - LANES;
         self.samples[kept] = sample;
         self.samples.push(0.0);
-        (self.first + kept + 1).saturating_sub((self.dimension - 1) * self.lag)
+        (self.first + kept + 1).saturating_sub((self.dimension - 1).saturating_mul(self.lag))
     }
 
     /// Drops what only states before `oldest` are made of, once that is most of what is kept: a

@@ -173,6 +173,10 @@ fn what_cannot_be_is_refused() {
     assert_eq!(sliding(9, 0, 3), no_delay(0, 3));
     assert_eq!(sliding(9, 3, 0), no_delay(3, 0));
     assert!(sliding(0, 3, 3).is_err());
+    // No stream is as long as this delay: nothing is ever held.
+    let mut waiting = RecurrenceWindow::growing(1 << 63, 3, Norm::Euclidean, 1.0, 1).unwrap();
+    waiting.push(&[1.0; 50]);
+    assert_eq!(waiting.size(), 0);
     assert!(RecurrenceWindow::growing(0, 3, Norm::Euclidean, 1.0, 1).is_err());
     for epsilon in [-1.0, f64::NAN] {
         assert!(RecurrenceWindow::growing(3, 3, Norm::Euclidean, epsilon, 1).is_err());
