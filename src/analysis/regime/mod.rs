@@ -99,6 +99,7 @@
 //! The time for 8000 samples is 6 ms, at most 15 ms, on one core.
 
 mod belief;
+mod neighbourhood;
 mod signs;
 mod weigh;
 

@@ -1,54 +1,25 @@
 //! What is measured of a signal to tell its kind.
 
 use std::f64::consts::LN_2;
-use std::iter::StepBy;
-use std::ops::RangeInclusive;
 
-use nalgebra::{SMatrix, SVector};
-
+use super::neighbourhood::{DIMENSION, Foretold, LEAST_ERROR, Neighbourhood, TURN};
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
-    Line, LineCriterion, Naming, NeighbourTree, Norm, ScalingRegion, SectionShape,
-    SpectrumAnalyser, Window, ZeroOneTest, delay_section, divergence, mutual_information,
-    name_lines, section_shape, zero_one,
+    Line, LineCriterion, Naming, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
+    ZeroOneTest, delay_section, divergence, mutual_information, name_lines, section_shape,
+    zero_one,
 };
 
 /// Pieces of the record whose levels and periods are compared.
 const PIECES: usize = 8;
 
-/// Embedding dimension: that of the paper; enough for a torus of two tones, whatever its shape.
-const DIMENSION: usize = 5;
-
-/// Lags in a turn: the lag is about a quarter of it.
-const TURN: usize = 4;
-
 /// The largest lag tried.
 const LARGEST_LAG: usize = 200;
-
-/// Turns over which states and their neighbours are followed.
-const FAR: usize = 10;
-
-/// Parts of the record after which the distance of neighbours is compared: once they have found
-/// the direction in which they part, and as late as leaves enough of them.
-const EARLY: [f64; 2] = [0.02, 0.05];
-const LATE: [f64; 2] = [0.15, 0.3];
-
-/// The part of the record, one over this, that is far in time.
-const FAR_IN_TIME: usize = 3;
-
-/// States whose neighbours are followed.
-const REFERENCES: usize = 800;
 
 /// A signal with a larger error of prediction is not foretold; it is if the neighbour's is this
 /// share of that of a linear map.
 const UNFORETOLD: f64 = 0.4;
 const LAWFUL: f64 = 0.7;
-
-/// Rows of the linear fit.
-const ROWS: usize = 2000;
-
-/// Errors of prediction below this come from how the states happen to lie, not from noise.
-const LEAST_ERROR: f64 = 3e-3;
 
 /// The longest period looked for in the section, in passages; four multiples of it must fit in
 /// half of them.
@@ -104,20 +75,6 @@ pub(super) enum Tones {
     InStep { f1: f64, p: u32, q: u32 },
     /// So many lines that fit neither one tone nor two.
     Many(usize),
-}
-
-/// Errors of prediction over the deviation of the signal.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Foretold {
-    /// Whether the signal is foretold from sample to sample, as a map, rather than by quarter
-    /// turns.
-    pub map: bool,
-    /// A quarter turn (a sample of a map) ahead, by the neighbour.
-    pub near: f64,
-    /// As far ahead, by a linear map.
-    pub linear: f64,
-    /// Ten turns (forty samples of a map) ahead, by the neighbour.
-    pub far: f64,
 }
 
 /// All that is measured.
@@ -187,13 +144,12 @@ impl Signs {
         let (low, high) = extent(&centred);
 
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
-        let tree = NeighbourTree::new(vectors, Norm::Euclidean);
-        let mut foretold = predictability(&tree, &vectors, lag, power);
+        let neighbourhood = Neighbourhood::new(vectors, lag, power);
+        let mut foretold = neighbourhood.foretold();
         if lag > 1 && foretold.near > UNFORETOLD {
             // A map forgets too fast for a quarter turn; sample by sample it may still be lawful.
             let vectors = DelayVectors::new(&centred, 1, DIMENSION)?;
-            let tree = NeighbourTree::new(vectors, Norm::Euclidean);
-            let next = predictability(&tree, &vectors, 1, power);
+            let next = Neighbourhood::new(vectors, 1, power).foretold();
             if next.near < LAWFUL * next.linear {
                 foretold = Foretold { map: true, ..next };
             }
@@ -215,8 +171,8 @@ impl Signs {
             section: section_shape(&points, high - low),
             passages: crossings.len(),
             foretold,
-            parting: parting(&tree, &vectors, lag, power),
-            wandering: wandering(&tree, &vectors, lag, power),
+            parting: neighbourhood.parting(),
+            wandering: neighbourhood.wandering(),
             states: vectors.len(),
             periodic: repetition(&points).map(|(apart, period)| (apart / power.sqrt(), period)),
             drift: drift.ok().map(|result| (result.k, result.samples)),
@@ -360,115 +316,6 @@ fn extent(samples: &[f64]) -> (f64, f64) {
     let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
     let wider = |(low, high): (f64, f64), &x: &f64| (low.min(x), high.max(x));
     samples.iter().fold((low, high), wider)
-}
-
-/// The errors of prediction a lag and [`FAR`] turns ahead.
-fn predictability(
-    tree: &NeighbourTree<'_>,
-    vectors: &DelayVectors<'_>,
-    lag: usize,
-    power: f64,
-) -> Foretold {
-    let turn = TURN * lag;
-    let ahead = (FAR * turn).min(vectors.len() / 3).max(lag);
-    let limit = vectors.len().saturating_sub(ahead).max(1);
-    let newest = vectors.coordinate(DIMENSION - 1);
-    // Over the last turn, so that the phase does not matter.
-    let late = (0..TURN).map(|quarter| ahead.saturating_sub(quarter * lag));
-    let (mut near, mut far, mut pairs) = (0.0, 0.0, 0.0);
-    let references = REFERENCES.min(limit);
-    for i in (0..references).map(|r| r * limit / references) {
-        let Some(other) = tree.nearest(i, turn, limit) else {
-            continue;
-        };
-        let apart = |after: usize| (newest[i + after] - newest[other.index + after]).powi(2);
-        near += apart(lag);
-        far += late.clone().map(apart).sum::<f64>() / TURN as f64;
-        pairs += 1.0;
-    }
-    // Two values without relation differ by twice the power.
-    let relative = |sum: f64| {
-        if pairs > 0.0 {
-            (sum / pairs / (2.0 * power)).sqrt()
-        } else {
-            1.0
-        }
-    };
-
-    let rows = ROWS.min(limit);
-    let row = |r: usize| {
-        let i = r * limit / rows;
-        let state = SVector::<f64, DIMENSION>::from_fn(|c, _| vectors.coordinate(c)[i]);
-        (state, newest[i + lag])
-    };
-    let mut products = SMatrix::<f64, DIMENSION, DIMENSION>::zeros();
-    let mut target = SVector::<f64, DIMENSION>::zeros();
-    for (state, next) in (0..rows).map(row) {
-        products += state * state.transpose();
-        target += state * next;
-    }
-    // A sine has only two directions: the ridge keeps the others quiet.
-    let ridge = 1e-10 * products.trace();
-    products += SMatrix::identity() * ridge;
-    let map = products.cholesky().map(|factors| factors.solve(&target));
-    let map = map.unwrap_or_default();
-    let missed = (0..rows)
-        .map(row)
-        .map(|(state, next)| (next - state.dot(&map)).powi(2));
-    let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
-    Foretold {
-        map: false,
-        near: relative(near),
-        linear,
-        far: relative(far),
-    }
-}
-
-/// [`Signs::parting`]: over the pairs, the mean of half the logarithm of the mean square difference
-/// late over that early; 0 without a pair.
-fn parting(tree: &NeighbourTree<'_>, vectors: &DelayVectors<'_>, lag: usize, power: f64) -> f64 {
-    let turn = TURN * lag;
-    let at = |share: f64| (share * vectors.len() as f64) as usize;
-    let [early, late] =
-        [EARLY, LATE].map(|[from, to]| (at(from)..=at(to).max(at(from) + turn)).step_by(lag));
-    let limit = vectors
-        .len()
-        .saturating_sub(at(LATE[1]).max(at(LATE[0]) + turn));
-    let newest = vectors.coordinate(DIMENSION - 1);
-    let least = LEAST_ERROR.powi(2) * power;
-    let (mut sum, mut pairs) = (0.0, 0.0);
-    let references = REFERENCES.min(limit);
-    for i in (0..references).map(|r| r * limit / references) {
-        let Some(other) = tree.nearest(i, turn, limit) else {
-            continue;
-        };
-        let apart = |steps: &StepBy<RangeInclusive<usize>>| {
-            let count = steps.clone().count() as f64;
-            let square = |k: usize| (newest[i + k] - newest[other.index + k]).powi(2);
-            least + steps.clone().map(square).sum::<f64>() / count
-        };
-        sum += 0.5 * (apart(&late) / apart(&early)).ln();
-        pairs += 1.0;
-    }
-    if pairs > 0.0 { sum / pairs } else { 0.0 }
-}
-
-/// [`Signs::wandering`]: over the states, the mean of the logarithm of the one distance over the
-/// other; 0 without a pair.
-fn wandering(tree: &NeighbourTree<'_>, vectors: &DelayVectors<'_>, lag: usize, power: f64) -> f64 {
-    let count = vectors.len();
-    let least = LEAST_ERROR.powi(2) * power * DIMENSION as f64;
-    let references = REFERENCES.min(count);
-    let (mut sum, mut pairs) = (0.0, 0.0);
-    for i in (0..references).map(|r| r * count / references) {
-        let nearest = |apart| tree.nearest(i, apart, count);
-        if let (Some(any), Some(far)) = (nearest(TURN * lag), nearest(count / FAR_IN_TIME)) {
-            let square = |distance: f64| distance.powi(2) + least;
-            sum += 0.5 * (square(far.distance) / square(any.distance)).ln();
-            pairs += 1.0;
-        }
-    }
-    if pairs > 0.0 { sum / pairs } else { 0.0 }
 }
 
 /// How far passages are apart (in a coordinate, as noise would have it) that are a period or a

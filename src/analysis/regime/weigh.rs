@@ -1,6 +1,7 @@
 //! What each sign speaks for, how strongly, and in which words.
 
-use super::signs::{Foretold, Signs, Tones, Trend};
+use super::neighbourhood::Foretold;
+use super::signs::{Signs, Tones, Trend};
 use super::{Evidence, Regime};
 use crate::analysis::SectionShape;
 
