@@ -1,6 +1,6 @@
 //! The screens of the signal laboratory: embedding, recurrence, kind of motion.
 
-use rerun::blueprint::ContainerLike;
+use rerun::blueprint::{ContainerLike, components::Corner2D};
 
 use super::{Layout, Parts, tab};
 use crate::{
@@ -53,11 +53,13 @@ impl Layout {
                 paths::DETERMINISM,
                 paths::LAMINARITY,
             ],
+            Corner2D::LeftTop,
         );
         self.range(&shares, 0.0, 1.05);
         let diagonals = self.many_series(
             "Staying together: diagonals, L mean, Lmax longest",
             &[paths::MEAN_DIAGONAL, paths::LONGEST_DIAGONAL],
+            Corner2D::LeftTop,
         );
         let times = self.many_series(
             "Coming back: period, T1, T2; staying: TT",
@@ -67,12 +69,18 @@ impl Layout {
                 paths::RECURRENCE_TIME_2,
                 paths::TRAPPING_TIME,
             ],
+            Corner2D::LeftTop,
         );
         let entropy = self.many_series(
             "How varied the diagonals are: ENTR; DIV = 1/Lmax",
             &[paths::ENTROPY, paths::DIVERGENCE_RATE],
+            Corner2D::LeftTop,
         );
-        let trend = self.many_series("Whether it drifts: TREND of RR", &[paths::TREND]);
+        let trend = self.many_series(
+            "Whether it drifts: TREND of RR",
+            &[paths::TREND],
+            Corner2D::LeftTop,
+        );
         let middle = Parts::new().add(1.0, diagonals).add(1.0, times).row();
         let low = Parts::new().add(1.0, entropy).add(1.0, trend).row();
         let right = Parts::new().add(1.0, shares).add(1.0, middle).add(1.0, low);
@@ -107,9 +115,9 @@ impl Layout {
         });
         let [pictures, histories] = chaos.unwrap_or_default();
         let right = Parts::new()
-            .add(0.26, history)
-            .add(0.44, pictures)
-            .add(0.3, histories);
+            .add(0.3, history)
+            .add(0.42, pictures)
+            .add(0.28, histories);
         let screen = Parts::new().add(0.3, verdict).add(0.7, right.column());
         tab("Kind of motion", screen.row())
     }
@@ -120,9 +128,11 @@ impl Layout {
             return [None, None];
         }
         let verdict = self.text("Kind of motion", paths::REGIME_VERDICT);
+        // The key goes below what is sure, where a run that is understood leaves room.
         let history = self.many_series(
             "Kind of motion, by how sure (0 to 1)",
             &[paths::REGIME_CONFIDENCE],
+            Corner2D::RightBottom,
         );
         self.range(&history, 0.0, 1.05);
         [Some(verdict), Some(history)]

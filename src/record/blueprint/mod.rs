@@ -152,10 +152,10 @@ impl Layout {
     }
 
     /// Several entities over the whole run, with a legend of their names.
-    fn many_series(&mut self, name: &str, paths: &[&str]) -> ContainerLike {
+    fn many_series(&mut self, name: &str, paths: &[&str], legend: Corner2D) -> ContainerLike {
         let contents = paths.iter().map(|path| format!("+ /{path}"));
         let view: ContainerLike = TimeSeriesView::new(name).with_contents(contents).into();
-        self.set(&view, &PlotLegend::new().with_corner(Corner2D::LeftTop));
+        self.set(&view, &PlotLegend::new().with_corner(legend));
         view
     }
 
