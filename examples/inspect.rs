@@ -42,7 +42,7 @@ const EXPECTED: &[&str] = &[
     paths::PORTRAIT_TRAIL,
     paths::SPECTRUM_CURVE,
     paths::RECURRENCE_IMAGE,
-    paths::DELAY_MUTUAL,
+    paths::DELAY_MUTUAL_CURVE,
     paths::DETERMINISM,
     paths::SECTION_POINTS,
     paths::HEALTH_SPEED,
