@@ -12,6 +12,7 @@
 //! * [`fem`]: meridian finite elements of a solid of revolution; knows no joint.
 //! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8).
 //! * [`dynamics`]: integrators; knows no joint.
+//! * [`systems`]: small systems with known motions, for the engine's tests and small scenes.
 //! * [`analysis`]: slices of samples in, values out.
 //! * [`scene`]: what to run, parsed and validated once.
 //! * [`pipeline`]: the threads and what travels between them.
@@ -31,6 +32,7 @@ pub mod joint;
 pub mod pipeline;
 pub mod scene;
 pub mod study;
+pub mod systems;
 
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -18,9 +18,17 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
         if t == self.start_time {
             return;
         }
-        let h = self.end_time - self.start_time;
+        let h = self.length();
         let offset = t - self.start_time;
         accumulate(out, h, &self.slopes, &self.tableau.weights(offset / h));
-        self.picture.push_by(offset, out);
+        self.picture.push_by(offset, out, 1);
+    }
+
+    /// Ends the last step at time `t` (s) within it, at the state of the dense output there.
+    pub fn cut(&mut self, t: f64) {
+        let mut end = std::mem::take(&mut self.end);
+        self.interpolate(t, &mut end);
+        self.end = end;
+        self.end_time = t;
     }
 }

@@ -81,4 +81,34 @@ pub enum DynamicsError {
         /// Start of the last step, s.
         earliest: f64,
     },
+    /// Guards are crossed without end and without time going on.
+    #[error(
+        "at t = {time} s guard {guard} is crossed without end ({crossings} crossings within the \
+         longest step): give the system a status for what the chatter comes to (rest on the wall, \
+         sticking), or step through its kinks instead of stopping at each"
+    )]
+    Chatter {
+        /// When, s.
+        time: f64,
+        /// The guard crossed last.
+        guard: usize,
+        /// How many crossings there were.
+        crossings: usize,
+    },
+    /// The system lacks what is asked of it.
+    #[error("the system has no {what}: implement it, or do without {wish}")]
+    Lacks {
+        /// What it lacks.
+        what: &'static str,
+        /// What that would be needed for.
+        wish: &'static str,
+    },
+    /// More tangent vectors were asked for than there are dimensions, or none.
+    #[error("{asked} exponents were asked for: the system has 1 to {dimension}")]
+    Width {
+        /// How many were asked for.
+        asked: usize,
+        /// Dimension of the tangent space.
+        dimension: usize,
+    },
 }

@@ -6,21 +6,22 @@
 
 use super::System;
 use super::stepper::Picture;
+use super::system::add_linear;
 
 /// The state is its own coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Direct;
 
 impl Picture for Direct {
-    fn slope<Y: System + ?Sized>(&self, sys: &Y, t: f64, z: &[f64], out: &mut [f64]) {
-        sys.rhs(t, z, out);
+    fn complete<Y: System + ?Sized>(&self, sys: &Y, z: &[f64], slope: &mut [f64], width: usize) {
+        add_linear(sys.omega(), sys.damping(), z, slope, width);
     }
 
     fn prepare(&mut self, _nodes: &[f64], _h: f64) {}
 
-    fn pull(&self, _stage: usize, _slope: &mut [f64]) {}
+    fn pull(&self, _stage: usize, _slope: &mut [f64], _width: usize) {}
 
-    fn push(&self, _stage: usize, _y: &mut [f64]) {}
+    fn push(&self, _stage: usize, _y: &mut [f64], _width: usize) {}
 
-    fn push_by(&mut self, _offset: f64, _y: &mut [f64]) {}
+    fn push_by(&mut self, _offset: f64, _y: &mut [f64], _width: usize) {}
 }

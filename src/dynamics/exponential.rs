@@ -155,6 +155,36 @@ impl Flow {
         }
     }
 
+    /// Applies `exp(t L)` to so many tangent vectors side by side, or to one state.
+    fn forward_any(&self, y: &mut [f64], width: usize) {
+        if width == 1 {
+            return self.forward(y);
+        }
+        let (q, v) = y.split_at_mut(self.qq.len() * width);
+        let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
+        for (i, (q, v)) in rows.enumerate() {
+            let (qq, qv, vq, vv) = (self.qq[i], self.qv[i], self.vq[i], self.vv[i]);
+            for (q, v) in q.iter_mut().zip(v) {
+                let (q0, v0) = (*q, *v);
+                *q = qq * q0 + qv * v0;
+                *v = vq * q0 + vv * v0;
+            }
+        }
+    }
+
+    /// [`Flow::backward`] of the slopes of so many tangent vectors side by side.
+    fn backward_side_by_side(&self, slopes: &mut [f64], width: usize) {
+        let (q, v) = slopes.split_at_mut(self.qq.len() * width);
+        let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
+        for (i, (q, v)) in rows.enumerate() {
+            let (back_q, back_v) = (self.back_q[i], self.back_v[i]);
+            for (q, v) in q.iter_mut().zip(v) {
+                *q = back_q * *v;
+                *v *= back_v;
+            }
+        }
+    }
+
     /// Applies `exp(-t L)` to `[0 | f | ..]`.
     fn backward(&self, force: &mut [f64]) {
         let modes = self.qq.len();
@@ -222,10 +252,8 @@ impl Interaction {
 }
 
 impl Picture for Interaction {
-    fn slope<Y: System + ?Sized>(&self, sys: &Y, t: f64, z: &[f64], out: &mut [f64]) {
-        let (still, moving) = out.split_at_mut(sys.modes());
-        still.fill(0.0);
-        sys.force(t, z, moving);
+    fn complete<Y: System + ?Sized>(&self, _: &Y, _: &[f64], slope: &mut [f64], width: usize) {
+        slope[..self.sample.qq.len() * width].fill(0.0);
     }
 
     fn prepare(&mut self, nodes: &[f64], h: f64) {
@@ -243,16 +271,19 @@ impl Picture for Interaction {
         }
     }
 
-    fn pull(&self, stage: usize, slope: &mut [f64]) {
-        self.stages[stage].backward(slope);
+    fn pull(&self, stage: usize, slope: &mut [f64], width: usize) {
+        match width {
+            1 => self.stages[stage].backward(slope),
+            _ => self.stages[stage].backward_side_by_side(slope, width),
+        }
     }
 
-    fn push(&self, stage: usize, y: &mut [f64]) {
-        self.stages[stage].forward(y);
+    fn push(&self, stage: usize, y: &mut [f64], width: usize) {
+        self.stages[stage].forward_any(y, width);
     }
 
-    fn push_by(&mut self, offset: f64, y: &mut [f64]) {
+    fn push_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
         self.sample.set(&self.spectrum, offset, &mut self.angles);
-        self.sample.forward(y);
+        self.sample.forward_any(y, width);
     }
 }

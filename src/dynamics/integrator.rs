@@ -1,12 +1,14 @@
 //! The front: states at the times asked for, whatever the steps.
 
 use super::control::{Accuracy, Control, Controller, Size};
+use super::events::Events;
 use super::explicit::Direct;
 use super::exponential::Interaction;
 use super::pace::Pace;
-use super::stepper::Stepper;
+use super::stepper::{Stepper, switching};
 use super::tableau::{RK4, TSIT54};
-use super::{DynamicsError, System, Tally};
+use super::tangents::Tangents;
+use super::{DynamicsError, LyapunovSpectrum, System, Tally};
 
 /// The choice of method, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +102,10 @@ pub struct Integrator {
     /// The longest step by the method's parameters, s; the linear part may allow less.
     max_step: f64,
     dim: usize,
+    /// The search for events, where steps stop at them.
+    events: Option<Events>,
+    /// The tangent vectors that go along, if any.
+    tangents: Option<Tangents>,
 }
 
 impl Integrator {
@@ -135,9 +141,57 @@ impl Integrator {
             pace,
             max_step,
             dim,
+            events: None,
+            tangents: None,
         };
         integrator.limit_step();
         Ok(integrator)
+    }
+
+    /// Stops at events from the next start on: a status is held while a step lasts, and a step ends
+    /// where a guard falls through zero. Without this, a system with kinks is stepped through, the
+    /// law taken anew at each stage.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Lacks`] when the system has no [`System::switching`].
+    pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
+        let switching = sys.switching().ok_or(DynamicsError::Lacks {
+            what: "guards",
+            wish: "stopping at events",
+        })?;
+        self.events = Some(Events::new(switching, self.dim));
+        Ok(self)
+    }
+
+    /// Follows so many tangent vectors, `width`, along with the state from the next start on; `seed`
+    /// gives their first directions. They give the largest exponents, or all of them.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Lacks`] when the system has no [`System::differentiable`],
+    /// [`DynamicsError::Width`] for more vectors than dimensions, or none.
+    pub fn with_tangents<Y: System + ?Sized>(
+        mut self,
+        sys: &Y,
+        width: usize,
+        seed: u64,
+    ) -> Result<Self, DynamicsError> {
+        let derivative = sys.differentiable().ok_or(DynamicsError::Lacks {
+            what: "derivative of its force",
+            wish: "exponents",
+        })?;
+        let dimension = sys.tangent_dim();
+        if !(1..=dimension).contains(&width) {
+            return Err(DynamicsError::Width {
+                asked: width,
+                dimension,
+            });
+        }
+        let stages = with_stepper!(&mut self.engine, stepper => {
+            stepper.record(derivative.record_len());
+            stepper.records.len()
+        });
+        self.tangents = Some(Tangents::new(sys, width, seed, stages));
+        Ok(self)
     }
 
     /// Starts at time `t` (s) from the state `z` (length [`System::dim`]), forgetting all before
@@ -164,6 +218,9 @@ impl Integrator {
             stepper.end.copy_from_slice(z);
         });
         self.pace.size = Size::default();
+        if let Some(tangents) = &mut self.tangents {
+            tangents.restart(t);
+        }
         self.restart(sys)?;
         let rate = with_stepper!(&self.engine, stepper => self.pace.rate(stepper));
         if let Control::Adaptive(controller) = &mut self.pace.control {
@@ -193,7 +250,16 @@ impl Integrator {
             stepper.picture.reread(sys);
         }
         self.limit_step();
-        with_stepper!(&mut self.engine, stepper => self.pace.refresh(stepper, sys))
+        with_stepper!(&mut self.engine, stepper => {
+            let status = match &mut self.events {
+                None => None,
+                Some(events) => {
+                    events.start(switching(sys), stepper.end_time, &stepper.end);
+                    Some(events.status.as_slice())
+                }
+            };
+            self.pace.refresh(stepper, sys, status)
+        })
     }
 
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
@@ -211,12 +277,10 @@ impl Integrator {
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
         self.check_time(t)?;
-        with_stepper!(&mut self.engine, stepper => {
-            while stepper.end_time < t {
-                self.pace.step(stepper, sys, f64::INFINITY)?;
-            }
-            stepper.interpolate(t, out);
-        });
+        while self.time() < t {
+            self.step(sys, f64::INFINITY)?;
+        }
+        with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
         Ok(())
     }
 
@@ -229,15 +293,61 @@ impl Integrator {
     /// [`DynamicsError::StepUnderflow`] when the integration cannot go on.
     pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
-        with_stepper!(&mut self.engine, stepper => {
-            if stepper.end_time > t {
-                self.pace.rewind(stepper);
+        if self.time() > t {
+            with_stepper!(&mut self.engine, stepper => self.pace.rewind(stepper));
+            if let Some(tangents) = &mut self.tangents {
+                tangents.rewind();
             }
-            while stepper.end_time < t {
-                self.pace.step(stepper, sys, t)?;
+            if let Some(events) = &mut self.events {
+                events.pending.clear();
             }
-        });
-        Ok(())
+        }
+        while self.time() < t {
+            self.step(sys, t)?;
+        }
+        self.cross(sys)
+    }
+
+    /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
+    /// reached is `limit`. Returns the guards crossed, none for the limit; the state is the one
+    /// after the crossing.
+    ///
+    /// # Errors
+    /// As [`Integrator::land`], and [`DynamicsError::Chatter`].
+    pub fn next_event<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        limit: f64,
+    ) -> Result<&[usize], DynamicsError> {
+        if self.time() > limit {
+            self.land(sys, limit)?;
+        }
+        while self.pending().is_empty() && self.time() < limit {
+            self.step(sys, limit)?;
+        }
+        if self.pending().is_empty() {
+            return Ok(&[]);
+        }
+        self.cross(sys)?;
+        Ok(self.events.as_ref().map_or(&[], |events| &events.crossed))
+    }
+
+    /// The present status, where steps stop at events; empty where they do not.
+    pub fn status(&self) -> &[u8] {
+        self.events.as_ref().map_or(&[], |events| &events.status)
+    }
+
+    /// The exponents by the growth of the tangent vectors so far; `None` where none are followed.
+    pub fn exponents(&self) -> Option<LyapunovSpectrum> {
+        let tangents = self.tangents.as_ref()?;
+        Some(tangents.growth.spectrum(tangents.dimension()))
+    }
+
+    /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
+    pub fn forget_growth(&mut self) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.growth.clear();
+        }
     }
 
     /// The time reached, s: the end of the last step.
@@ -258,6 +368,92 @@ impl Integrator {
     /// Work done since [`Integrator::new`].
     pub fn tally(&self) -> Tally {
         self.pace.tally
+    }
+
+    /// The guards that are to be crossed before the next step.
+    fn pending(&self) -> &[usize] {
+        self.events.as_ref().map_or(&[], |events| &events.pending)
+    }
+
+    /// Takes one step, up to `limit` (s) or the first event, with all that goes along.
+    fn step<Y: System + ?Sized>(&mut self, sys: &Y, limit: f64) -> Result<(), DynamicsError> {
+        self.cross(sys)?;
+        let Self {
+            engine,
+            pace,
+            events,
+            tangents,
+            ..
+        } = self;
+        with_stepper!(engine, stepper => {
+            if let Some(tangents) = tangents {
+                tangents.follow(stepper.end_time);
+            }
+            let status = events.as_ref().and_then(Events::held);
+            pace.step(stepper, sys, status, limit)?;
+            let held = status.is_some();
+            if let Some(events) = events {
+                if !held {
+                    events.overrun(switching(sys), stepper.end_time, &stepper.end);
+                    pace.tally.overrun += 1;
+                } else if events.find(switching(sys), stepper) {
+                    pace.resize(stepper);
+                }
+            }
+            if let Some(tangents) = tangents {
+                let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
+                tangents.advance(sys, status, stepper);
+            }
+        });
+        Ok(())
+    }
+
+    /// Crosses the guards at which the last step was cut, and all that this brings about.
+    fn cross<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
+        let Some(events) = self
+            .events
+            .as_mut()
+            .filter(|events| !events.pending.is_empty())
+        else {
+            return Ok(());
+        };
+        let (pace, tangents) = (&mut self.pace, &mut self.tangents);
+        let switching = switching(sys);
+        let continuous = switching.is_continuous();
+        with_stepper!(&mut self.engine, stepper => {
+            let t = stepper.end_time;
+            pace.tally.events += 1;
+            events.crossed.clear();
+            while let Some(&guard) = events.pending.first() {
+                // Where the state may jump, one guard's jump may save another one from falling.
+                let together = if continuous { events.pending.len() } else { 1 };
+                for k in 0..together {
+                    let guard = events.pending[k];
+                    let saltation = tangents.as_mut().filter(|_| !continuous);
+                    if let Some(tangents) = saltation {
+                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
+                    }
+                    switching.cross(guard, t, &mut stepper.end, &mut events.status);
+                    events.crossed.push(guard);
+                    pace.tally.crossings += 1;
+                    if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                        let after = (events.status.as_slice(), stepper.end.as_slice());
+                        let vectors = (tangents.end.as_mut_slice(), tangents.width);
+                        tangents.saltation.after(sys, switching, after, guard, t, vectors);
+                    }
+                }
+                let chatters = events.count(together, t, self.max_step);
+                if chatters && !continuous {
+                    let crossings = events.crossings();
+                    return Err(DynamicsError::Chatter { time: t, guard, crossings });
+                }
+                events.look(switching, t, &stepper.end);
+                if chatters {
+                    events.pending.clear();
+                }
+            }
+            pace.refresh(stepper, sys, Some(&events.status))
+        })
     }
 
     /// Checks that a time is not before the last step.

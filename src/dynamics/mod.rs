@@ -52,21 +52,29 @@
 
 mod control;
 mod dense;
+mod differentiable;
 mod error;
+mod events;
 mod explicit;
 mod exponential;
 mod integrator;
+mod lyapunov;
 mod pace;
 mod stepper;
+mod switching;
 mod system;
 mod tableau;
 mod tally;
+mod tangents;
 #[cfg(test)]
 mod tests;
 mod trigonometry;
 
 pub use control::Accuracy;
+pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method};
+pub use lyapunov::{Attractor, Exponent, LyapunovSpectrum, Sign};
+pub use switching::Switching;
 pub use system::System;
 pub use tally::Tally;

@@ -26,12 +26,13 @@ impl Pace {
         &mut self,
         stepper: &mut Stepper<P, S>,
         sys: &Y,
+        status: Option<&[u8]>,
     ) -> Result<(), DynamicsError>
     where
         Y: System + ?Sized,
         P: Picture,
     {
-        stepper.refresh(sys);
+        stepper.refresh(sys, status);
         self.tally.calls += 1;
         let size = Size::of(&stepper.end, &self.omega);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
@@ -47,11 +48,12 @@ impl Pace {
     }
 
     /// Takes one step from the stepper's present state, which ends at `limit` (s) if it would go
-    /// past it.
+    /// past it. A status given is held.
     pub fn step<Y, P, const S: usize>(
         &mut self,
         stepper: &mut Stepper<P, S>,
         sys: &Y,
+        status: Option<&[u8]>,
         limit: f64,
     ) -> Result<(), DynamicsError>
     where
@@ -77,7 +79,7 @@ impl Pace {
             if !landing {
                 self.control.realise(end - start);
             }
-            stepper.attempt(sys, end);
+            stepper.attempt(sys, status, end);
             self.tally.calls += S as u64 - 1;
 
             let size = Size::of(&stepper.end, &self.omega);
@@ -124,6 +126,11 @@ impl Pace {
     /// Takes the stepper's last step back.
     pub fn rewind<P: Picture, const S: usize>(&mut self, stepper: &mut Stepper<P, S>) {
         stepper.rewind();
+        self.resize(stepper);
+    }
+
+    /// Takes note of the size of the stepper's present state, which is no longer that of the step.
+    pub fn resize<P: Picture, const S: usize>(&mut self, stepper: &Stepper<P, S>) {
         self.remember(Size::of(&stepper.end, &self.omega));
     }
 

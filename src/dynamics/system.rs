@@ -1,5 +1,7 @@
 //! What an integrator needs to know of a system.
 
+use super::{Differentiable, Switching};
+
 /// Oscillators with a nonlinear force, and first-order components beside them:
 ///
 /// ```text
@@ -10,6 +12,9 @@
 /// Eq. (10): the state is `z = [q | q' | w]`, of length [`System::dim`]. The linear modal part is known
 /// apart, so that an exponential method can take it exactly. A plain system of first-order
 /// equations (Lorenz, say) has no modes; a quadrature (work, say) is a first-order component.
+///
+/// What else an integrator can make use of is told by [`System::switching`] and
+/// [`System::differentiable`]: a system that has it returns itself there.
 pub trait System {
     /// Natural circular frequencies `omega_i`, rad/s; their number is the number of modes.
     fn omega(&self) -> &[f64];
@@ -24,8 +29,26 @@ pub trait System {
         0
     }
 
+    /// How many of the first-order components, the last ones, are quadratures: nothing depends on
+    /// them. Tangent vectors leave them out, since each would add an exponent of zero that says
+    /// nothing of the motion.
+    fn quadratures(&self) -> usize {
+        0
+    }
+
     /// Writes `[f | g]` (length `modes + first_order`) at time `t` (s) and state `z`.
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]);
+
+    /// Where its law changes, for a system that is not smooth and that can hold one law while a
+    /// step lasts.
+    fn switching(&self) -> Option<&dyn Switching> {
+        None
+    }
+
+    /// How its force changes with the state, for a system whose tangent flow can be followed.
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        None
+    }
 
     /// The number of modes `m`.
     fn modes(&self) -> usize {
@@ -37,17 +60,33 @@ pub trait System {
         2 * self.modes() + self.first_order()
     }
 
-    /// Writes the whole right-hand side `dz/dt` (length [`System::dim`]).
+    /// The length of a tangent vector: that of the state without its quadratures.
+    fn tangent_dim(&self) -> usize {
+        self.dim() - self.quadratures()
+    }
+
+    /// Eq. (9): `dz/dt = F(t, z)`, the whole right-hand side (length [`System::dim`]).
     fn rhs(&self, t: f64, z: &[f64], dz: &mut [f64]) {
-        let m = self.modes();
-        self.force(t, z, &mut dz[m..]);
-        let (q, v) = z[..2 * m].split_at(m);
-        let zeta = self.damping();
-        for (i, &w) in self.omega().iter().enumerate() {
-            dz[i] = v[i];
-            dz[m + i] -= w * w * q[i];
-            if let Some(ratio) = zeta.get(i) {
-                dz[m + i] -= 2.0 * ratio * w * v[i];
+        self.force(t, z, &mut dz[self.modes()..]);
+        add_linear(self.omega(), self.damping(), z, dz, 1);
+    }
+}
+
+/// Completes `dz = [. | f | g]` by the linear part: `dz/dt` of the state `z`, or of `width` tangent
+/// vectors side by side (component after component, the vectors of one component together).
+pub(super) fn add_linear(omega: &[f64], damping: &[f64], z: &[f64], dz: &mut [f64], width: usize) {
+    let half = omega.len() * width;
+    let (q, v) = z[..2 * half].split_at(half);
+    let (dq, dv) = dz[..2 * half].split_at_mut(half);
+    dq.copy_from_slice(v);
+    for (i, &w) in omega.iter().enumerate() {
+        let row = i * width..(i + 1) * width;
+        for (dv, q) in dv[row.clone()].iter_mut().zip(&q[row.clone()]) {
+            *dv -= w * w * q;
+        }
+        if let Some(ratio) = damping.get(i) {
+            for (dv, v) in dv[row.clone()].iter_mut().zip(&v[row]) {
+                *dv -= 2.0 * ratio * w * v;
             }
         }
     }

@@ -9,4 +9,12 @@ pub struct Tally {
     pub rejections: u64,
     /// Calls of the right-hand side (or of the nonlinear force, for exponential methods).
     pub calls: u64,
+    /// Guards crossed, each by itself, where events are located.
+    pub crossings: u64,
+    /// Instants at which guards were crossed: several at once count once.
+    pub events: u64,
+    /// Guards that came down to zero within a step without falling through it.
+    pub grazings: u64,
+    /// Steps that ran over their guards, since these were crossed too often to stop at each.
+    pub overrun: u64,
 }

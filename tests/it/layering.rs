@@ -9,30 +9,36 @@ const EDGES: &[(&str, &[&str])] = &[
     ("dynamics", &[]),
     ("analysis", &[]),
     ("joint", &["fem", "dynamics"]),
-    ("scene", &["fem", "joint", "dynamics", "analysis"]),
+    ("systems", &["dynamics"]),
+    (
+        "scene",
+        &["fem", "joint", "systems", "dynamics", "analysis"],
+    ),
     (
         "pipeline",
-        &["fem", "joint", "dynamics", "analysis", "scene"],
+        &["fem", "joint", "systems", "dynamics", "analysis", "scene"],
     ),
     ("export", &["joint", "pipeline"]),
     ("import", &["export"]),
     (
         "record",
-        &["analysis", "pipeline", "scene", "export", "import"],
+        &[
+            "analysis", "dynamics", "pipeline", "scene", "export", "import",
+        ],
     ),
     (
         "study",
         &[
-            "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "export",
-            "import",
+            "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
+            "export", "import",
         ],
     ),
-    ("figure", &["analysis", "study", "import"]),
+    ("figure", &["analysis", "dynamics", "study", "import"]),
     (
         "cli",
         &[
-            "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "study",
-            "export", "import", "figure",
+            "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
+            "study", "export", "import", "figure",
         ],
     ),
 ];

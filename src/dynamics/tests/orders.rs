@@ -17,10 +17,10 @@ fn equal_steps<P: Picture, const S: usize, Y: System>(
     n: usize,
 ) -> Stepper<P, S> {
     stepper.end.copy_from_slice(z0);
-    stepper.refresh(sys);
+    stepper.refresh(sys, None);
     for k in 1..=n {
         stepper.follow();
-        stepper.attempt(sys, t * k as f64 / n as f64);
+        stepper.attempt(sys, None, t * k as f64 / n as f64);
     }
     stepper
 }

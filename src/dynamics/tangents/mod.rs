@@ -1,0 +1,131 @@
+//! Eq. (20) to (22): the tangent flow, taken along with the state.
+//!
+//! The vectors go through the very stages of the step that the state has taken, so that what they
+//! give is the derivative of the numerical flow itself, whatever its tolerance. They are followed
+//! only after the step has been accepted.
+
+mod frame;
+mod saltation;
+
+use super::stepper::{Picture, Stepper, accumulate, differentiable};
+use super::{System, lyapunov::Growth};
+use frame::Frame;
+pub(super) use saltation::Saltation;
+
+/// Tangent vectors side by side, component after component: component `c` of vector `l` is at
+/// `c * width + l`.
+#[derive(Clone, Debug)]
+pub(super) struct Tangents {
+    /// The number of vectors.
+    pub width: usize,
+    /// At the start of the last step.
+    start: Vec<f64>,
+    /// At the end of the last step, `tangent_dim x width`.
+    pub end: Vec<f64>,
+    /// At a stage.
+    stage: Vec<f64>,
+    /// Slopes at the stages, `stages x tangent_dim x width`.
+    slopes: Vec<f64>,
+    /// The measure of lengths, and the orthonormalisation.
+    frame: Frame,
+    /// How the vectors have grown.
+    pub growth: Growth,
+    /// The correction at events.
+    pub saltation: Saltation,
+}
+
+impl Tangents {
+    /// So many vectors for a system, for a method of so many stages.
+    pub fn new<Y: System + ?Sized>(sys: &Y, width: usize, seed: u64, stages: usize) -> Self {
+        let numbers = sys.tangent_dim() * width;
+        let mut tangents = Self {
+            width,
+            start: vec![0.0; numbers],
+            end: vec![0.0; numbers],
+            stage: vec![0.0; numbers],
+            slopes: vec![0.0; stages * numbers],
+            frame: Frame::new(sys, width, seed),
+            growth: Growth::new(width),
+            saltation: Saltation::new(sys.dim()),
+        };
+        tangents.restart(0.0);
+        tangents
+    }
+
+    /// Starts at time `t` (s) with the orthonormal vectors of the seed.
+    pub fn restart(&mut self, t: f64) {
+        self.frame.start(t, &mut self.end);
+        self.growth.clear();
+    }
+
+    /// Lets the next step, from time `t` (s) on, start where the last one ended, with the vectors
+    /// made orthonormal where it is due.
+    pub fn follow(&mut self, t: f64) {
+        if let Some(span) = self.frame.orthonormalise_if_due(t, &mut self.end) {
+            self.growth.push(span, self.frame.logarithms());
+        }
+        self.start.copy_from_slice(&self.end);
+    }
+
+    /// Components of a vector: how many exponents there are in all.
+    pub fn dimension(&self) -> usize {
+        self.end.len() / self.width
+    }
+
+    /// Takes the last step back.
+    pub fn rewind(&mut self) {
+        self.end.copy_from_slice(&self.start);
+    }
+
+    /// Eq. (21): `delta z(t) = Phi_t delta z_0`, by the stages that the stepper has just gone
+    /// through, up to where its step ends or was cut.
+    ///
+    /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the equation that each of the vectors obeys.
+    pub fn advance<Y: System + ?Sized, P: Picture, const S: usize>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stepper: &mut Stepper<P, S>,
+    ) {
+        let (width, numbers) = (self.width, self.end.len());
+        let derivative = differentiable(sys);
+        let tableau = stepper.tableau;
+        let h = stepper.length();
+        // The last stage sits at the end of the step, and only the dense output needs its slope.
+        let stages = if stepper.is_cut() { S } else { S - 1 };
+        for stage in 0..stages {
+            self.stage.copy_from_slice(&self.start);
+            if stage > 0 {
+                let weights = &tableau.stages[stage][..stage];
+                accumulate(&mut self.stage, h, &self.slopes, weights);
+                stepper.picture.push(stage, &mut self.stage, width);
+            }
+            let slope = &mut self.slopes[stage * numbers..][..numbers];
+            derivative.product(
+                status,
+                &mut stepper.records[stage],
+                &self.stage,
+                width,
+                &mut slope[sys.modes() * width..],
+            );
+            stepper.picture.complete(sys, &self.stage, slope, width);
+            if stage > 0 {
+                stepper.picture.pull(stage, slope, width);
+            }
+        }
+        self.end.copy_from_slice(&self.start);
+        if stepper.is_cut() {
+            let offset = stepper.end_time - stepper.start_time;
+            accumulate(&mut self.end, h, &self.slopes, &tableau.weights(offset / h));
+            stepper.picture.push_by(offset, &mut self.end, width);
+        } else {
+            accumulate(
+                &mut self.end,
+                h,
+                &self.slopes,
+                &tableau.stages[S - 1][..S - 1],
+            );
+            stepper.picture.push(S - 1, &mut self.end, width);
+        }
+    }
+}
