@@ -32,7 +32,9 @@ pub use spectrum::SpectrumStage;
 
 use super::analyse::AnalyseError;
 use super::message::{Frame, Peak, Record};
-use crate::analysis::{Combination, Line, LineCriterion, Naming, Spectrum, Window, name_lines};
+use crate::analysis::{
+    Combination, Line, LineCriterion, Naming, Spectrum, Window, name_lines, range,
+};
 
 /// Where a stage puts its records.
 type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
@@ -190,7 +192,6 @@ fn peak_magnitude(x: &[f64]) -> f64 {
 
 /// Half the peak-to-peak value of a slice; 0 if it is empty.
 fn half_range(x: &[f64]) -> f64 {
-    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(x.iter().copied());
     if high > low { 0.5 * (high - low) } else { 0.0 }
 }

@@ -9,7 +9,7 @@ use crate::analysis::{
     DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, LARGEST_SAMPLE, Line, LineCriterion,
     Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE,
     SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, clusters,
-    delay_section, divergence, false_neighbours, find_threshold, name_lines, quantify,
+    delay_section, divergence, false_neighbours, find_threshold, name_lines, quantify, range,
     section_shape, zero_one,
 };
 use crate::import::Signal;
@@ -99,8 +99,9 @@ fn run(
     if samples.iter().all(|x| *x == samples[0]) {
         return Err(End::Failed(AnalysisError::Constant));
     }
+    let [low, high] = range(samples.iter().copied());
     let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
-    if !can_be_squared || extent(samples) < SMALLEST_RANGE {
+    if !can_be_squared || high - low < SMALLEST_RANGE {
         return Err(End::Failed(AnalysisError::Size));
     }
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
@@ -133,7 +134,8 @@ fn run(
     let (section, level) = section(newest, delay.lag)?;
     let points: Vec<[f64; 2]> = section.iter().map(|c| [c.point[0], c.point[2]]).collect();
     let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-    let extent = extent(newest);
+    let [low, high] = range(newest.iter().copied());
+    let extent = high - low;
     let (groups, shape) = (clusters(&points, extent), section_shape(&points, extent));
     step(0.7, "divergence (Rosenstein)")?;
     let rosenstein = parting(newest, &delay, DivergenceMethod::Rosenstein)?;
@@ -382,13 +384,6 @@ fn section(samples: &[f64], lag: usize) -> Result<(Vec<Crossing>, f64), Analysis
     let surplus = section.len().saturating_sub(MOST_PASSAGES);
     section.drain(..surplus);
     Ok((section, level))
-}
-
-/// The largest sample less the smallest.
-fn extent(samples: &[f64]) -> f64 {
-    let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    high - low
 }
 
 fn parting(
