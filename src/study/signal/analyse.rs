@@ -9,8 +9,8 @@ use crate::analysis::{
     DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, LARGEST_SAMPLE, Line, LineCriterion,
     Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE,
     SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, clusters,
-    delay_section, divergence, false_neighbours, find_threshold, name_lines, quantify, range,
-    section_shape, zero_one,
+    delay_section, divergence, false_neighbours, name_lines, quantify, range, section_shape,
+    zero_one,
 };
 use crate::import::Signal;
 
@@ -275,20 +275,7 @@ impl Plan {
         let taken = thinned(newest, self.stride);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MOST_STATES))..];
         let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
-        let (epsilon, rule) = match self.rule.threshold {
-            Threshold::Neighbours(_) => (None, self.rule),
-            _ => {
-                let epsilon = find_threshold(&vectors, &self.rule)?;
-                let threshold = Threshold::Distance(epsilon);
-                (
-                    Some(epsilon),
-                    RecurrenceRule {
-                        threshold,
-                        ..self.rule
-                    },
-                )
-            }
-        };
+        let rule = self.rule.fixed(&vectors)?;
         let counts = quantify(&vectors, &rule)?;
         let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
         let nearness = match self.rule.threshold {
@@ -299,7 +286,7 @@ impl Plan {
         let seconds = self.stride as f64 / signal.rate;
         Ok(RecurrenceReport {
             rule: self.rule,
-            epsilon,
+            epsilon: rule.threshold.distance(),
             stride: self.stride,
             lag: self.lag,
             measures,
