@@ -21,7 +21,7 @@ fn report(name: &str) -> SignalReport {
         .analyse(&samples)
         .unwrap();
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, 0.25 * spectrum.bin);
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let lines = lines.iter().enumerate().map(|(i, &line)| NamedLine {
         line,
         name: naming.names[i],

@@ -6,16 +6,13 @@ use super::{
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
-    DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, LARGEST_SAMPLE, Line, LineCriterion,
-    Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE,
-    SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, clusters,
-    delay_section, divergence, false_neighbours, name_lines, quantify, range, section_shape,
-    zero_one,
+    DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch,
+    LARGEST_SAMPLE, Line, LineCriterion, Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule,
+    RegimeSearch, SMALLEST_RANGE, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest,
+    choose_delay, classify, clusters, delay_section, divergence, false_neighbours, name_lines,
+    quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
-
-/// Standard uncertainty of a line's frequency, bins.
-const LINE_UNCERTAINTY: f64 = 0.25;
 
 /// About so many columns make a spectrogram.
 const COLUMNS: usize = 400;
@@ -112,7 +109,7 @@ fn run(
     step(0.0, "spectrum")?;
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
         line,
         name: naming.names[i],
