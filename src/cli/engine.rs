@@ -54,7 +54,7 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
 
 /// The modes at steady sliding at each of the tilts (rad), by frequency.
 pub(super) fn stability(scene: &Scene, tilts: &[f64]) -> Result<Vec<Vec<ModeReport>>, Cause> {
-    let ball = BallJoint::new(&scene.joint)?;
+    let ball = BallJoint::new(&scene.joint()?.spec)?;
     let found = study::stability(&ball, tilts)?;
     Ok(found
         .into_iter()
@@ -74,7 +74,8 @@ pub(super) fn stability(scene: &Scene, tilts: &[f64]) -> Result<Vec<Vec<ModeRepo
 
 /// The model of a scene at its start.
 pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
-    let model = BallJoint::new(&scene.joint)?.model(scene.tilt.at(0.0))?;
+    let joint = scene.joint()?;
+    let model = BallJoint::new(&joint.spec)?.model(joint.tilt.at(0.0))?;
     let (nodes, modes) = (model.nodes(), model.modes());
     let arrays = ModelArrays::new(model, initial_state(scene, modes));
     let mut npz = Cursor::new(Vec::new());
@@ -163,14 +164,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
         save: Some(job.save.to_owned()),
         ..Output::default()
     };
-    // There is neither a patch nor a body to take snapshots of.
-    let rates = RecordSpec {
-        patch_rate: 0.0,
-        body_rate: 0.0,
-        energy_rate: 0.0,
-        exaggeration: 1.0,
-    };
-    let mut sink = RerunSink::new(&output, rates)?;
+    let mut sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY)?;
     let (start, duration) = (signal.start, signal.duration());
     let monitor = Monitor {
         stop: job.stop,
