@@ -8,6 +8,7 @@ mod overrides;
 mod presets;
 mod schedule;
 mod spec;
+mod subject;
 mod units;
 mod validate;
 
@@ -23,3 +24,4 @@ pub use spec::{
     QuantificationSpec, RecordSpec, RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface,
     Setting, SlidingSpec, SpectrogramSpec, Start, StateCoordinate,
 };
+pub use subject::{SmallSystem, SubjectSpec, TiltedJoint};
