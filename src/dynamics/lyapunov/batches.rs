@@ -3,15 +3,51 @@
 /// The most batches kept; twice as many as are always there once that many have been full.
 const MOST: usize = 128;
 
+/// Growth of a vector in a span of time, with where it went in between, counted from its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Part {
+    /// Growth from start to end.
+    pub growth: f64,
+    /// The lowest place.
+    pub low: f64,
+    /// The highest place.
+    pub high: f64,
+}
+
+impl Part {
+    /// Even growth.
+    fn even(growth: f64) -> Self {
+        Self {
+            growth,
+            low: growth.min(0.0),
+            high: growth.max(0.0),
+        }
+    }
+
+    /// This, and then the next one.
+    pub fn then(self, next: Self) -> Self {
+        Self {
+            growth: self.growth + next.growth,
+            low: self.low.min(self.growth + next.low),
+            high: self.high.max(self.growth + next.high),
+        }
+    }
+
+    /// From the lowest to the highest place.
+    pub fn range(self) -> f64 {
+        self.high - self.low
+    }
+}
+
 /// Growth of several vectors by batches of equal time. When all places are taken, neighbours are
 /// merged, so that there are always 64 to 128 batches however long the motion is.
 #[derive(Clone, Debug)]
 pub(super) struct Batches {
     width: usize,
     /// Growth in each full batch, batch after batch.
-    full: Vec<f64>,
+    full: Vec<Part>,
     /// Growth in the batch that is being filled.
-    filling: Vec<f64>,
+    filling: Vec<Part>,
     /// Time of the start of the first batch, s.
     start: f64,
     /// Time up to which growth is known, s.
@@ -25,7 +61,7 @@ impl Batches {
         Self {
             width,
             full: Vec::with_capacity(MOST * width),
-            filling: vec![0.0; width],
+            filling: vec![Part::default(); width],
             start: 0.0,
             last: 0.0,
             length: 0.0,
@@ -35,7 +71,7 @@ impl Batches {
     /// Forgets everything up to time `t` (s).
     pub fn clear(&mut self, t: f64) {
         self.full.clear();
-        self.filling.fill(0.0);
+        self.filling.fill(Part::default());
         self.start = t;
         self.last = t;
         self.length = 0.0;
@@ -62,7 +98,7 @@ impl Batches {
     }
 
     /// The growth of a vector in a full batch.
-    pub fn get(&self, batch: usize, vector: usize) -> f64 {
+    pub fn get(&self, batch: usize, vector: usize) -> Part {
         self.full[batch * self.width + vector]
     }
 
@@ -85,7 +121,7 @@ impl Batches {
             let share = (until - self.last) / span;
             if share > 0.0 {
                 for (sum, growth) in self.filling.iter_mut().zip(growth) {
-                    *sum += share * growth;
+                    *sum = sum.then(Part::even(share * growth));
                 }
             }
             self.last = until;
@@ -93,7 +129,7 @@ impl Batches {
                 return;
             }
             self.full.extend_from_slice(&self.filling);
-            self.filling.fill(0.0);
+            self.filling.fill(Part::default());
             if until >= t {
                 return;
             }
@@ -105,14 +141,14 @@ impl Batches {
         let (width, pairs) = (self.width, self.count() / 2);
         if 2 * pairs < self.count() {
             let odd = &self.full[2 * pairs * width..];
-            for (sum, growth) in self.filling.iter_mut().zip(odd) {
-                *sum += growth;
+            for (filling, odd) in self.filling.iter_mut().zip(odd) {
+                *filling = odd.then(*filling);
             }
         }
         for pair in 0..pairs {
             for l in 0..width {
-                let two = self.full[2 * pair * width + l] + self.full[(2 * pair + 1) * width + l];
-                self.full[pair * width + l] = two;
+                let [first, second] = [0, 1].map(|k| self.full[(2 * pair + k) * width + l]);
+                self.full[pair * width + l] = first.then(second);
             }
         }
         self.full.truncate(pairs * width);
@@ -138,11 +174,26 @@ mod tests {
         assert!((64..=128).contains(&batches.count()), "{}", batches.count());
         assert_eq!(batches.last(), t);
         for batch in 0..batches.count() {
-            let rate = batches.get(batch, 0) / batches.length();
+            let rate = batches.get(batch, 0).growth / batches.length();
             assert!((rate - 3.0).abs() < 1e-9, "batch {batch}: {rate}");
         }
-        let whole: f64 = (0..batches.count()).map(|b| batches.get(b, 1)).sum();
+        let whole: f64 = (0..batches.count()).map(|b| batches.get(b, 1).growth).sum();
         assert!((whole - 0.5 * (t - 5.0)).abs() < 0.01 * t, "{whole} of {t}");
+    }
+
+    #[test]
+    fn the_range_of_a_wave_survives_merging() {
+        let mut batches = Batches::new(1);
+        for k in 1..=20_000 {
+            let [before, now] = [k - 1, k].map(|k| (0.01 * f64::from(k)).sin());
+            batches.push(0.01 * f64::from(k), &[now - before]);
+        }
+        let whole = (0..batches.count()).map(|b| batches.get(b, 0));
+        let whole = whole.fold(Part::default(), Part::then);
+        assert!(
+            (whole.low + 1.0).abs() < 1e-3 && (whole.high - 1.0).abs() < 1e-3,
+            "{whole:?}"
+        );
     }
 
     #[test]
@@ -153,6 +204,6 @@ mod tests {
         batches.push(2e6, &[f64::NEG_INFINITY]);
         batches.push(3e6, &[1e6]);
         assert!(batches.count() <= MOST);
-        assert!((0..batches.count()).all(|b| !batches.get(b, 0).is_nan()));
+        assert!((0..batches.count()).all(|b| !batches.get(b, 0).growth.is_nan()));
     }
 }

@@ -1,7 +1,7 @@
 //! The growth of tangent vectors, and what it says of the exponents.
 
-use super::batches::Batches;
-use super::interval::{Course, Spread, spread};
+use super::batches::{Batches, Part};
+use super::interval::{bounded, independent};
 use super::{Convergence, Exponent, LyapunovSpectrum, Sign};
 
 /// Within this factor a neutral vector may change its length at any time.
@@ -54,14 +54,15 @@ impl Growth {
         let mut exponents = Vec::with_capacity(self.sums.len());
         for (l, sum) in self.sums.iter().enumerate() {
             let value = if time > 0.0 { sum / time } else { 0.0 };
-            let spread = self.spread_of(|batch| self.batches.get(batch, l));
-            let half_width = match value {
-                f64::NEG_INFINITY => 0.0,
-                _ => spread.half_width,
+            let parts: Vec<Part> = self.each(|batch| self.batches.get(batch, l));
+            let half_width = match (value, bounded(&parts)) {
+                (f64::NEG_INFINITY, _) => 0.0,
+                (_, Some(range)) => {
+                    resolution = resolution.max(range / time);
+                    range / time
+                }
+                _ => self.half_width(|batch| self.batches.get(batch, l).growth),
             };
-            if spread.course == Course::Bounded && value.abs() <= half_width {
-                resolution = resolution.max(half_width);
-            }
             exponents.push(Exponent { value, half_width });
         }
         let mut spectrum = LyapunovSpectrum {
@@ -84,7 +85,7 @@ impl Growth {
         let values = (0..self.sums.len()).map(|l| {
             let mut sum = 0.0;
             let so_far = times.iter().enumerate().map(|(batch, time)| {
-                sum += self.batches.get(batch, l);
+                sum += self.batches.get(batch, l).growth;
                 sum / time
             });
             let mut values: Vec<f64> = so_far.collect();
@@ -101,18 +102,14 @@ impl Growth {
         self.batches.last() - self.batches.start()
     }
 
-    /// The spread of something linear in the growth, given by batch; by second.
-    fn spread_of(&self, growth: impl Fn(usize) -> f64) -> Spread {
-        let growth: Vec<f64> = (0..self.batches.count()).map(growth).collect();
-        if growth.iter().any(|x| !x.is_finite()) {
-            return Spread {
-                half_width: f64::INFINITY,
-                course: Course::Random,
-            };
-        }
-        let mut spread = spread(&growth);
-        spread.half_width /= self.batches.length();
-        spread
+    /// Something of each full batch.
+    fn each<T>(&self, get: impl Fn(usize) -> T) -> Vec<T> {
+        (0..self.batches.count()).map(get).collect()
+    }
+
+    /// Half the width of the interval of something linear in the growth, given by batch; 1/s.
+    fn half_width(&self, growth: impl Fn(usize) -> f64) -> f64 {
+        independent(&self.each(growth)) / self.batches.length()
     }
 
     /// The dimension by the exponents; its interval by what each batch would add to its error, to
@@ -133,10 +130,11 @@ impl Growth {
                     0.0
                 } else {
                     let change = |batch: usize| {
-                        let first: f64 = (0..k).map(|l| self.batches.get(batch, l)).sum();
-                        first / next.abs() + sum * self.batches.get(batch, k) / next.powi(2)
+                        let first: f64 = (0..k).map(|l| self.batches.get(batch, l).growth).sum();
+                        let last = self.batches.get(batch, k).growth;
+                        first / next.abs() + sum * last / next.powi(2)
                     };
-                    self.spread_of(change).half_width
+                    self.half_width(change)
                 };
                 return Some(Exponent {
                     value: k as f64 + sum / next.abs(),

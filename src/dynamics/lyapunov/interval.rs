@@ -1,65 +1,48 @@
 //! How sure a mean growth is: 95 % intervals from growth by batches.
 //!
-//! The growth of a chaotic direction wanders about its trend as a random walk does, and the mean
-//! over batches that are long enough is as good as a mean of independent numbers: Student's
-//! interval holds (G. S. Fishman, Discrete-Event Simulation, 2001, Chapter 6). The growth of a
-//! direction that is neutral, or that a cycle or a torus contracts, stays near its trend for ever;
-//! batch means then are anti-correlated, and the error is that of the two ends alone.
+//! The growth of most directions wanders about its trend as a random walk does, and the mean over
+//! batches that are long enough is as good as a mean of independent numbers: Student's interval holds
+//! (G. S. Fishman, Discrete-Event Simulation, 2001, Chapter 6). The growth of a neutral direction
+//! stays within bounds for ever. Its error is that of the two ends alone, at most the range seen over
+//! the time.
 
-/// Below this, Watson's statistic is that of a walk that stays near its trend, not that of a random
-/// walk: the lower 1 % point of its limit distribution (G. S. Watson, Biometrika 48 (1961) 109-114).
-const BOUNDED: f64 = 0.0197;
+use super::batches::Part;
+
+/// Parts of the time that the range of a neutral direction's growth is judged by.
+const PARTS: usize = 16;
+
+/// A random walk's range over sixteen parts of a time is four times that over one part, and less
+/// than twice in one walk of a hundred; a range that is bounded is about the same.
+const BOUNDED: f64 = 2.0;
 
 /// Fewer batches tell nothing of the error.
 const FEWEST: usize = 8;
 
-/// How the growth of a vector goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Course {
-    /// As a random walk about its trend.
-    Random,
-    /// Within bounds about its trend.
-    Bounded,
+/// The range of a growth that stays within bounds; `None` for one that does not.
+///
+/// A direction that is neutral is told from one that grows or shrinks only as far as its trend stands
+/// out of its range.
+pub(super) fn bounded(batches: &[Part]) -> Option<f64> {
+    let join = |parts: &[Part]| parts.iter().copied().fold(Part::default(), Part::then);
+    let length = batches.len() / PARTS;
+    if length == 0 {
+        return None;
+    }
+    let parts = batches.chunks_exact(length);
+    let count = parts.len() as f64;
+    let mean = parts.map(|part| join(part).range()).sum::<f64>() / count;
+    let range = join(batches).range();
+    (range.is_finite() && range <= BOUNDED * mean).then_some(range)
 }
 
-/// Half the width of an interval, and on what it rests.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
-    /// Half the width of the 95 % interval of the mean growth by batch; infinite where it is unknown.
-    pub half_width: f64,
-    /// The course of the growth.
-    pub course: Course,
-}
-
-/// The 95 % interval of the mean of the growth by batch.
-pub(super) fn spread(growth: &[f64]) -> Spread {
-    if growth.len() < FEWEST {
-        return Spread {
-            half_width: f64::INFINITY,
-            course: Course::Random,
-        };
-    }
-    let count = growth.len() as f64;
-    let (variance, _) = moments(growth);
-    let walk = Walk::of(growth);
-    let watson = walk.variance / (count * variance);
-    // An even growth has nothing but rounding errors to judge.
-    if variance == 0.0 || watson < BOUNDED {
-        return Spread {
-            half_width: walk.range / count,
-            course: Course::Bounded,
-        };
-    }
-    Spread {
-        half_width: independent(growth),
-        course: Course::Random,
-    }
-}
-
-/// Half the width of Student's interval, from batches long enough to be independent: 16 to 31 of
+/// Half the width of the 95 % interval of the mean growth by batch, infinite where it is unknown:
+/// Student's interval, from batches long enough to be independent: 16 to 31 of
 /// them, or half as many where neighbours still go together. Where they do so even then, the
 /// interval is widened by what the correlation adds to the variance of a mean.
-fn independent(growth: &[f64]) -> f64 {
+pub(super) fn independent(growth: &[f64]) -> f64 {
+    if growth.len() < FEWEST || growth.iter().any(|x| !x.is_finite()) {
+        return f64::INFINITY;
+    }
     let mut merged = growth.to_vec();
     let mut length = 1.0;
     loop {
@@ -97,34 +80,6 @@ fn moments(values: &[f64]) -> (f64, f64) {
         0.0
     };
     (squares / (count - 1.0), correlation)
-}
-
-/// The sum of a growth about its trend, at the batches' borders.
-struct Walk {
-    /// Its largest less its smallest value.
-    range: f64,
-    /// Its mean square about its mean.
-    variance: f64,
-}
-
-impl Walk {
-    fn of(growth: &[f64]) -> Self {
-        let count = growth.len() as f64;
-        let trend = growth.iter().sum::<f64>() / count;
-        let (mut place, mut low, mut high) = (0.0_f64, 0.0_f64, 0.0_f64);
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for x in growth {
-            place += x - trend;
-            low = low.min(place);
-            high = high.max(place);
-            sum += place;
-            squares += place * place;
-        }
-        Self {
-            range: high - low,
-            variance: squares / count - (sum / count).powi(2),
-        }
-    }
 }
 
 /// The 97.5 % point of Student's distribution (M. Abramowitz and I. A. Stegun, Eq. 26.7.5), to 1e-3

@@ -10,18 +10,29 @@ fn noise(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// How many of 2000 intervals hold the mean, which is zero, and how many call the course bounded.
-fn covered(mut make: impl FnMut(&mut ChaCha8Rng) -> Vec<f64>) -> (f64, f64) {
+/// How many of 2000 intervals hold the mean, which is zero.
+fn covered(mut make: impl FnMut(&mut ChaCha8Rng) -> Vec<f64>) -> f64 {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let (mut inside, mut bounded) = (0, 0);
+    let mut inside = 0;
     for _ in 0..2000 {
         let growth = make(&mut rng);
         let mean = growth.iter().sum::<f64>() / growth.len() as f64;
-        let spread = spread(&growth);
-        inside += u32::from(mean.abs() <= spread.half_width);
-        bounded += u32::from(spread.course == Course::Bounded);
+        inside += u32::from(mean.abs() <= independent(&growth));
     }
-    (f64::from(inside) / 2000.0, f64::from(bounded) / 2000.0)
+    f64::from(inside) / 2000.0
+}
+
+/// Batches of ten even growths each, from the places at the ends of these.
+fn batches(places: &[f64]) -> Vec<Part> {
+    let growth: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let even = growth.iter().map(|&growth| Part {
+        growth,
+        low: growth.min(0.0),
+        high: growth.max(0.0),
+    });
+    let even: Vec<Part> = even.collect();
+    let join = |parts: &[Part]| parts.iter().copied().fold(Part::default(), Part::then);
+    even.chunks_exact(10).map(join).collect()
 }
 
 #[test]
@@ -40,9 +51,8 @@ fn the_points_of_student_are_those_of_the_tables() {
 #[test]
 fn intervals_of_independent_growth_hold_the_mean_in_95_of_100() {
     for count in [8, 64, 127] {
-        let (inside, bounded) = covered(|rng| (0..count).map(|_| noise(rng)).collect());
+        let inside = covered(|rng| (0..count).map(|_| noise(rng)).collect());
         assert!((0.92..0.98).contains(&inside), "{count}: {inside}");
-        assert!(count == 8 || bounded < 0.03, "{count}: {bounded}");
     }
 }
 
@@ -52,7 +62,7 @@ fn intervals_of_independent_growth_hold_the_mean_in_95_of_100() {
 #[test]
 fn intervals_of_correlated_growth_are_widened() {
     for (correlation, least) in [(0.5, 0.91), (0.8, 0.85)] {
-        let (inside, _) = covered(|rng| {
+        let inside = covered(|rng| {
             let mut x = 0.0;
             let step = |_| {
                 x = correlation * x + noise(rng);
@@ -65,22 +75,50 @@ fn intervals_of_correlated_growth_are_widened() {
 }
 
 #[test]
-fn growth_within_bounds_is_known_to_one_over_the_time() {
-    let (inside, bounded) = covered(|rng| {
-        let ends: Vec<f64> = (0..101).map(|_| noise(rng)).collect();
-        ends.windows(2).map(|pair| pair[1] - pair[0]).collect()
+fn a_random_walk_is_hardly_ever_taken_for_neutral() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let neutral = (0..2000).filter(|_| {
+        let mut place = 0.0;
+        let places: Vec<f64> = (0..=1000)
+            .map(|_| {
+                place += noise(&mut rng);
+                place
+            })
+            .collect();
+        bounded(&batches(&places)).is_some()
     });
-    assert!(inside > 0.95 && bounded > 0.99, "{inside}, {bounded}");
-    let ends: Vec<f64> = (0..101).map(|k| (2.1 * f64::from(k)).sin()).collect();
-    let growth: Vec<f64> = ends.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let spread = spread(&growth);
-    assert_eq!(spread.course, Course::Bounded);
-    // The sine has a range of 2, and its trend adds at most half as much again.
-    assert!(spread.half_width < 3.0 / 100.0, "{spread:?}");
+    let share = neutral.count() as f64 / 2000.0;
+    assert!(share < 0.02, "{share}");
+}
+
+/// Whatever the period is to the batch: also where a batch is nearly a whole number of periods.
+#[test]
+fn a_wave_is_neutral_and_known_to_one_over_the_time() {
+    for k in 1..200 {
+        let rate = 0.02 * f64::from(k);
+        let wave: Vec<f64> = (0..=1000).map(|n| (rate * f64::from(n)).sin()).collect();
+        let range = bounded(&batches(&wave));
+        // Fewer than sixteen periods leave it open.
+        assert!(
+            range.is_some() || rate * 1000.0 < 32.0 * std::f64::consts::PI,
+            "{rate}"
+        );
+        assert!(range.is_none_or(|range| range <= 2.0));
+    }
+}
+
+#[test]
+fn a_trend_beyond_its_wave_is_not_neutral() {
+    for (trend, neutral) in [(0.001, true), (0.02, false)] {
+        let place = |n: u32| (0.7 * f64::from(n)).sin() - trend * f64::from(n);
+        let places: Vec<f64> = (0..=1000).map(place).collect();
+        assert_eq!(bounded(&batches(&places)).is_some(), neutral, "{trend}");
+    }
 }
 
 #[test]
 fn few_batches_tell_nothing() {
-    assert_eq!(spread(&[1.0; 7]).half_width, f64::INFINITY);
-    assert_eq!(spread(&[1.0; 8]).half_width, 0.0);
+    assert_eq!(independent(&[1.0; 7]), f64::INFINITY);
+    assert_eq!(independent(&[1.0; 8]), 0.0);
+    assert_eq!(bounded(&[Part::default(); 15]), None);
 }
