@@ -1,10 +1,12 @@
 //! Tests of the integrators as a whole.
 
 mod contact;
+mod exponents;
 mod hard_cases;
 mod orders;
 mod reference;
 mod systems;
+mod tangents;
 
 use super::{Accuracy, Integrator, Method, System};
 
