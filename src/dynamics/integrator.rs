@@ -281,6 +281,9 @@ impl Integrator {
             self.step(sys, f64::INFINITY)?;
         }
         with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
+        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+            switching(sys).settle(status, t, out);
+        }
         Ok(())
     }
 
@@ -299,7 +302,9 @@ impl Integrator {
                 tangents.rewind();
             }
             if let Some(events) = &mut self.events {
-                events.pending.clear();
+                with_stepper!(&self.engine, stepper => {
+                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                });
             }
         }
         while self.time() < t {
@@ -381,6 +386,7 @@ impl Integrator {
         let Self {
             engine,
             pace,
+            max_step,
             events,
             tangents,
             ..
@@ -395,8 +401,9 @@ impl Integrator {
             if let Some(events) = events {
                 if !held {
                     events.overrun(switching(sys), stepper.end_time, &stepper.end);
+                    events.pass(stepper.end_time, *max_step);
                     pace.tally.overrun += 1;
-                } else if events.find(switching(sys), stepper) {
+                } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
                 }
             }
@@ -434,7 +441,7 @@ impl Integrator {
                         tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
                     }
                     switching.cross(guard, t, &mut stepper.end, &mut events.status);
-                    events.crossed.push(guard);
+                    events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
                         let after = (events.status.as_slice(), stepper.end.as_slice());
@@ -442,9 +449,9 @@ impl Integrator {
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
-                let chatters = events.count(together, t, self.max_step);
+                let chatters = events.count(t, self.max_step);
                 if chatters && !continuous {
-                    let crossings = events.crossings();
+                    let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
                 events.look(switching, t, &stepper.end);
