@@ -67,7 +67,8 @@ impl Events {
         tally: &mut Tally,
     ) -> Option<f64> {
         let mut found = None;
-        for guard in 0..self.above.len() {
+        for k in 0..self.near.len() {
+            let guard = self.near[k];
             let values = std::array::from_fn(|k| self.looks[k][guard]);
             let Some(middle) = suspect(&values, quarter) else {
                 continue;

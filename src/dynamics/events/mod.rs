@@ -44,6 +44,8 @@ pub(super) struct Events {
     pub crossed: Vec<usize>,
     /// Guards' values at the quarters of the step; the first are known before it is taken.
     looks: [Vec<f64>; QUARTERS + 1],
+    /// Guards that come near to zero in the step.
+    near: Vec<usize>,
     /// Guards' values at the two ends of the bracket, and at a place between them.
     above: Vec<f64>,
     below: Vec<f64>,
@@ -64,6 +66,7 @@ impl Events {
             pending: Vec::with_capacity(values.len()),
             crossed: Vec::with_capacity(values.len() + CHATTER),
             looks: std::array::from_fn(|_| values.clone()),
+            near: Vec::with_capacity(values.len()),
             above: values.clone(),
             below: values.clone(),
             between: values,
@@ -151,6 +154,7 @@ impl Events {
         }
         self.look_along(switching, stepper, 1);
         self.look_along(switching, stepper, 3);
+        self.list_near();
         self.smooth_touches();
         for quarter in 1..=QUARTERS {
             let high = match self.dip(switching, stepper, quarter, tally) {
@@ -211,10 +215,27 @@ impl Events {
         doubtful
     }
 
+    /// Lists the guards that may be negative somewhere in the step: between two looks a guard is lower
+    /// than at both by an eighth of its second difference, and a little more as that changes.
+    fn list_near(&mut self) {
+        let [a, b, c, d, e] = &self.looks;
+        let n = a.len();
+        let (a, b, c, d, e) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n]);
+        self.near.clear();
+        for k in 0..n {
+            let (a, b, c, d, e) = (a[k], b[k], c[k], d[k], e[k]);
+            let low = a.min(b).min(c).min(d).min(e);
+            let bend = (a - 2.0 * b + c).max(b - 2.0 * c + d).max(c - 2.0 * d + e);
+            if !(low > bend.max(0.0)) {
+                self.near.push(k);
+            }
+        }
+    }
+
     /// Sets a guard that touches zero between two positive places to zero there.
     fn smooth_touches(&mut self) {
         for quarter in 1..QUARTERS {
-            for guard in 0..self.above.len() {
+            for &guard in &self.near {
                 let [before, here, after] = [0, 1, 2].map(|k| self.looks[quarter - 1 + k][guard]);
                 if here < 0.0 && here >= -TOUCH * before.abs().max(after.abs()) && after > 0.0 {
                     self.looks[quarter][guard] = 0.0;

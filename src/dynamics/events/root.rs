@@ -29,7 +29,7 @@ impl Events {
             let secant = low + width * self.first_zero();
             let middle = low + 0.5 * width;
             let towards = (middle - secant).signum();
-            let shift = (0.2 * width * (width / first_width)).max(0.5 * resolution);
+            let shift = (0.01 * width * (width / first_width)).max(0.5 * resolution);
             let moved = if shift <= (middle - secant).abs() {
                 secant + towards * shift
             } else {
