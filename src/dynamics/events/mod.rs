@@ -210,7 +210,7 @@ impl Events {
         for ((&start, &end), &middle) in ends.zip(&self.looks[QUARTERS / 2]) {
             let low = start.min(middle).min(end);
             let high = start.max(middle).max(end);
-            doubtful |= !(low > high - low);
+            doubtful |= low <= high - low;
         }
         doubtful
     }
@@ -226,7 +226,7 @@ impl Events {
             let (a, b, c, d, e) = (a[k], b[k], c[k], d[k], e[k]);
             let low = a.min(b).min(c).min(d).min(e);
             let bend = (a - 2.0 * b + c).max(b - 2.0 * c + d).max(c - 2.0 * d + e);
-            if !(low > bend.max(0.0)) {
+            if low <= bend.max(0.0) {
                 self.near.push(k);
             }
         }
