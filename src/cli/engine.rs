@@ -9,6 +9,7 @@ use super::error::{Cause, CliError};
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
+use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::figure::signal_figures;
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
@@ -133,10 +134,6 @@ fn draw(report: &SignalReport) -> Result<Vec<FigureFile>, Cause> {
 /// Sends a signal down the road of a simulation: analysis, recording.
 fn play(job: &Play<'_>) -> Result<Summary, Cause> {
     let signal = &job.report.signal;
-    let [low, high] = [f64::min, f64::max].map(|of| {
-        let samples = signal.samples.iter().copied();
-        samples.reduce(of).unwrap_or(0.0)
-    });
     let source = job.file.file_name().unwrap_or(job.file.as_os_str());
     let source = source.to_string_lossy().into_owned();
     let info = SignalInfo {
@@ -144,7 +141,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
         column: signal.name.clone(),
         unit: signal.unit.clone(),
         start: signal.start,
-        span: [low, high],
+        span: range(signal.samples.iter().copied()),
         highest_frequency: highest_frequency(job.report),
     };
     let title = format!(
