@@ -8,7 +8,7 @@ use super::pace::Pace;
 use super::stepper::{Stepper, switching};
 use super::tableau::{RK4, TSIT54};
 use super::tangents::Tangents;
-use super::{DynamicsError, LyapunovSpectrum, System, Tally};
+use super::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
 
 /// The choice of method, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -344,6 +344,13 @@ impl Integrator {
         let tangents = self.tangents.as_ref()?;
         let growth = tangents.growth(self.time())?;
         Some(growth.spectrum(tangents.dimension()))
+    }
+
+    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
+    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
+    pub fn convergence(&self) -> Option<Convergence> {
+        let growth = self.tangents.as_ref()?.growth(self.time())?;
+        Some(growth.convergence())
     }
 
     /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.

@@ -74,7 +74,7 @@ pub use control::Accuracy;
 pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method};
-pub use lyapunov::{Attractor, Exponent, LyapunovSpectrum, Sign};
+pub use lyapunov::{Attractor, Convergence, Exponent, LyapunovSpectrum, Sign};
 pub use switching::Switching;
 pub use system::System;
 pub use tally::Tally;
