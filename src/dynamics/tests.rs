@@ -1,9 +1,13 @@
 //! Tests of the integrators as a whole.
 
+mod closed_form;
 mod contact;
+mod events;
 mod hard_cases;
+mod jumps;
 mod orders;
 mod reference;
+mod springs;
 mod systems;
 
 use super::{Accuracy, Integrator, Method, System};
