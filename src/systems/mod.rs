@@ -13,3 +13,6 @@ mod impact;
 pub use belt::MassOnBelt;
 pub use damped_contact::DampedContact;
 pub use impact::ImpactOscillator;
+
+#[cfg(test)]
+mod tests;
