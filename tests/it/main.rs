@@ -12,3 +12,4 @@ mod layering;
 mod pipeline;
 mod scenes;
 mod stability;
+mod tangent;
