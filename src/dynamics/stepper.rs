@@ -104,6 +104,8 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
             .copy_from_slice(&self.slopes[(S - 1) * dim..]);
         self.reach_time = self.end_time;
         self.follow();
+        // The record stays at the end, from where the next step takes it over.
+        self.hand_over_record();
     }
 
     /// Lets the next step start where the last one ended.
