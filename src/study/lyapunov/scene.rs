@@ -2,9 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, Watch, lyapunov,
-};
+use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, Watch, lyapunov};
 use crate::dynamics::{Integrator, LyapunovSpectrum, System};
 use crate::pipeline::{PipelineError, Simulation, Source};
 use crate::scene::Scene;

@@ -87,12 +87,7 @@ fn plan(goal: Goal) -> LyapunovPlan {
     }
 }
 
-fn study<Y: System>(
-    sys: &Y,
-    width: usize,
-    plan: &LyapunovPlan,
-    watch: Watch<'_>,
-) -> LyapunovStudy {
+fn study<Y: System>(sys: &Y, width: usize, plan: &LyapunovPlan, watch: Watch<'_>) -> LyapunovStudy {
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-8),
         max_step: 0.1,
@@ -131,7 +126,10 @@ fn all_exponents_add_up_to_the_mean_trace() {
     let found = study(&VanDerPol, 2, &long, &mut |_| true);
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     // The two averages end up to one interval of orthonormalisation apart.
-    assert!(trace < -0.5 && (sum / trace - 1.0).abs() < 0.01, "{sum} {trace}");
+    assert!(
+        trace < -0.5 && (sum / trace - 1.0).abs() < 0.01,
+        "{sum} {trace}"
+    );
 }
 
 #[test]
@@ -167,11 +165,8 @@ fn a_stop_is_heeded_and_what_was_reached_is_kept() {
 fn an_integrator_without_vectors_has_no_exponents() {
     let method = Method::Rk4 { step: 0.01 };
     let mut integrator = Integrator::new(method, &Lorenz).unwrap();
-    let found = lyapunov(
-        &Lorenz,
-        &mut integrator,
-        &plan(Goal::Verdict),
-        &mut |_| true,
-    );
+    let found = lyapunov(&Lorenz, &mut integrator, &plan(Goal::Verdict), &mut |_| {
+        true
+    });
     assert!(matches!(found, Err(DynamicsError::Lacks { .. })));
 }
