@@ -15,7 +15,7 @@ use crate::figure::signal_figures;
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, Simulation, Sink, Tee, drive, initial_state};
+use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
@@ -23,8 +23,8 @@ use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
-    // Before anything is opened: what is wrong with the joint leaves nothing behind.
-    let simulation = Simulation::new(job.scene)?;
+    // Before anything is opened: what is wrong with the scene leaves nothing behind.
+    let simulation = source(job.scene)?;
     let output = Output {
         save: job.save.map(Into::into),
         connect: match job.viewer {

@@ -152,6 +152,11 @@ impl Integrator {
     /// where a guard falls through zero. Without this, a system with kinks is stepped through, the
     /// law taken anew at each stage.
     ///
+    /// Guards that fall within the rounding of the time are one event. Where events follow each
+    /// other too fast to stop at each, more than 10,000 within the longest step, a system whose
+    /// events jump nowhere ([`Switching::is_continuous`](super::Switching::is_continuous)) is stepped
+    /// through until that time is over ([`Tally::overrun`]); for any other system that is an error.
+    ///
     /// # Errors
     /// [`DynamicsError::Lacks`] when the system has no [`System::switching`].
     pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
@@ -263,12 +268,13 @@ impl Integrator {
     }
 
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
-    /// needed. Times must not go back before the start of the last step.
+    /// needed. Times must not go back before the start of the last step. At the very time of an
+    /// event to come it is the state before it.
     ///
     /// # Errors
     /// [`DynamicsError::Size`] when `out` has another length, [`DynamicsError::Time`] when `t` is
-    /// out of reach, [`DynamicsError::NonFinite`] and [`DynamicsError::StepUnderflow`] when the
-    /// integration cannot go on.
+    /// out of reach, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
+    /// [`DynamicsError::Chatter`] when the integration cannot go on.
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -281,16 +287,21 @@ impl Integrator {
             self.step(sys, f64::INFINITY)?;
         }
         with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
+        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+            switching(sys).settle(status, t, out);
+        }
         Ok(())
     }
 
     /// Makes a step end exactly at time `t` (s): then [`Integrator::time`] is `t` and
     /// [`Integrator::state`] the state there, at the method's full order. A step that has gone past
-    /// `t` is taken again, shorter; the length of the steps that follow is not affected.
+    /// `t` is taken again, shorter; the length of the steps that follow is not affected. At the
+    /// very time of an event it is the state after it.
     ///
     /// # Errors
-    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`] and
-    /// [`DynamicsError::StepUnderflow`] when the integration cannot go on.
+    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`],
+    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] when the integration cannot
+    /// go on.
     pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
@@ -300,7 +311,9 @@ impl Integrator {
                 tangents.rewind(start);
             }
             if let Some(events) = &mut self.events {
-                events.pending.clear();
+                with_stepper!(&self.engine, stepper => {
+                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                });
             }
         }
         while self.time() < t {
@@ -311,10 +324,10 @@ impl Integrator {
 
     /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
     /// reached is `limit`. Returns the guards crossed, none for the limit; the state is the one
-    /// after the crossing.
+    /// after the crossing, and times before it are out of reach.
     ///
     /// # Errors
-    /// As [`Integrator::land`], and [`DynamicsError::Chatter`].
+    /// As [`Integrator::land`].
     pub fn next_event<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -419,6 +432,7 @@ impl Integrator {
         let Self {
             engine,
             pace,
+            max_step,
             events,
             tangents,
             ..
@@ -433,8 +447,9 @@ impl Integrator {
             if let Some(events) = events {
                 if !held {
                     events.overrun(switching(sys), stepper.end_time, &stepper.end);
+                    events.pass(stepper.end_time, *max_step);
                     pace.tally.overrun += 1;
-                } else if events.find(switching(sys), stepper) {
+                } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
                 }
             }
@@ -475,7 +490,7 @@ impl Integrator {
                         tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
                     }
                     switching.cross(guard, t, &mut stepper.end, &mut events.status);
-                    events.crossed.push(guard);
+                    events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
                         let after = (events.status.as_slice(), stepper.end.as_slice());
@@ -483,9 +498,9 @@ impl Integrator {
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
-                let chatters = events.count(together, t, self.max_step);
+                let chatters = events.count(t, self.max_step);
                 if chatters && !continuous {
-                    let crossings = events.crossings();
+                    let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
                 events.look(switching, t, &stepper.end);

@@ -10,6 +10,7 @@ mod prepare;
 mod run;
 mod simulate;
 mod sink;
+mod small;
 mod source;
 mod stages;
 
@@ -21,4 +22,5 @@ pub use prepare::{Prepared, initial_state, prepare};
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
-pub use source::Source;
+pub use small::SmallSimulation;
+pub use source::{Source, source};

@@ -8,6 +8,7 @@
 mod joint;
 mod laboratory;
 mod signal;
+mod small;
 
 use rerun::{
     Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
@@ -40,9 +41,9 @@ use crate::{
     scene::RecordSpec,
 };
 
-/// Simulated seconds a second while playing a joint; a signal plays in [`SIGNAL_PLAYS`].
+/// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
 const JOINT_SPEED: f64 = 0.01;
-/// Time that a signal takes to play, s.
+/// Time that a signal or a small system takes to play, s.
 const SIGNAL_PLAYS: f64 = 30.0;
 
 /// Sends the layout for a run.
@@ -68,10 +69,21 @@ pub fn send_turned(
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
-                layout.health_tab(),
+                layout.health_tab(header),
                 layout.about_tab(header),
             ];
             (tabs, JOINT_SPEED)
+        }
+        Subject::Small(small) => {
+            let tabs = vec![
+                layout.motion_tab(header, small),
+                layout.embedding_tab(header),
+                layout.recurrence_tab(header),
+                layout.regime_tab(header),
+                layout.health_tab(header),
+                layout.about_tab(header),
+            ];
+            (tabs, header.duration / SIGNAL_PLAYS)
         }
         Subject::Signal(signal) => {
             let tabs = vec![
@@ -122,8 +134,8 @@ impl Layout {
     /// What the run is, how to read it, and what it had to say besides.
     fn about_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         let about = self.text("About this recording", paths::ABOUT);
-        // The log of a joint is beside its health.
-        let log = header.joint().is_none().then(log);
+        // The log of a simulation is beside its health.
+        let log = matches!(header.subject, Subject::Signal(_)).then(log);
         tab(
             "About",
             Parts::new().add(0.85, about).add(0.15, log).column(),
@@ -139,16 +151,19 @@ impl Layout {
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
         let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
         if let Some(window) = window {
-            self.set(
-                &view,
-                &VisibleTimeRanges::new([VisibleTimeRange {
-                    timeline: paths::TIMELINE.into(),
-                    range: before_cursor(window),
-                }]),
-            );
+            self.window(&view, window);
         }
         self.set(&view, &PlotLegend::new().with_visible(false));
         view
+    }
+
+    /// Shows the last `window` s before the cursor.
+    fn window(&mut self, view: &ContainerLike, window: f64) {
+        let range = VisibleTimeRange {
+            timeline: paths::TIMELINE.into(),
+            range: before_cursor(window),
+        };
+        self.set(view, &VisibleTimeRanges::new([range]));
     }
 
     /// Several entities over the whole run, with a legend of their names.
@@ -186,7 +201,12 @@ impl Layout {
     fn spectrum(&mut self, header: &Header) -> Option<ContainerLike> {
         let plot = spectrum::spectrum_plot(header);
         let name = match header.subject {
-            Subject::Joint(_) => "Spectrum of the velocity (lines in kHz)".to_owned(),
+            Subject::Joint(_) | Subject::Small(_) => {
+                format!(
+                    "Spectrum of the velocity (lines in {})",
+                    plot.frequency.symbol
+                )
+            }
             Subject::Signal(_) => format!("Spectrum (lines in {})", plot.frequency.symbol),
         };
         let bounds = plot.plot.bounds();
@@ -198,7 +218,7 @@ impl Layout {
     /// What the run sounded like so far.
     fn spectrogram(&mut self, header: &Header) -> Option<ContainerLike> {
         let name = match header.subject {
-            Subject::Joint(_) => "Spectrogram of the velocity",
+            Subject::Joint(_) | Subject::Small(_) => "Spectrogram of the velocity",
             Subject::Signal(_) => "Spectrogram",
         };
         let bounds = spectrum::spectrogram_plot(header).plot.bounds();
@@ -221,7 +241,7 @@ impl Layout {
             return None;
         }
         let name = match header.subject {
-            Subject::Joint(_) => "Delay embedding of the displacement",
+            Subject::Joint(_) | Subject::Small(_) => "Delay embedding of the displacement",
             Subject::Signal(_) => "Delay embedding",
         };
         let view: ContainerLike = Spatial3DView::new(name)
