@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Sign};
+use crate::dynamics::{Attractor, Differentiable, Exponent, LyapunovSpectrum, Sign};
 use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
 
 /// Where the steps end.
@@ -55,12 +55,12 @@ impl System for Linear {
     fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
-    fn differentiable(&self) -> Option<&dyn crate::dynamics::Differentiable> {
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
 }
 
-impl crate::dynamics::Differentiable for Linear {
+impl Differentiable for Linear {
     fn product(
         &self,
         _status: Option<&[u8]>,
@@ -262,12 +262,12 @@ impl System for VanDerPol {
             *out = (1.0 - q * q) * v;
         }
     }
-    fn differentiable(&self) -> Option<&dyn crate::dynamics::Differentiable> {
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
 }
 
-impl crate::dynamics::Differentiable for VanDerPol {
+impl Differentiable for VanDerPol {
     fn product(
         &self,
         _status: Option<&[u8]>,
