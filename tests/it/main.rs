@@ -9,6 +9,8 @@ mod equations;
 mod export;
 mod laws;
 mod layering;
+#[cfg(feature = "cli")]
+mod lyapunov;
 mod pipeline;
 mod scenes;
 mod stability;

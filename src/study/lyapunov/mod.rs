@@ -107,9 +107,11 @@ pub struct LyapunovStudy {
 
 impl LyapunovStudy {
     /// What a study came to that was stopped before it began.
-    fn stopped() -> Self {
+    fn stopped(dimension: usize) -> Self {
+        let mut spectrum = LyapunovSpectrum::default();
+        spectrum.dimension = dimension;
         Self {
-            spectrum: LyapunovSpectrum::default(),
+            spectrum,
             running: Vec::new(),
             mean_trace: None,
             ending: Ending::Stopped,

@@ -26,7 +26,9 @@ impl MeanTrace {
         Some(Self {
             record: vec![0.0; derivative.record_len()],
             force: vec![0.0; sys.dim() - sys.modes()],
-            vectors: (0..n * n).map(|k| f64::from(u8::from(k % (n + 1) == 0))).collect(),
+            vectors: (0..n * n)
+                .map(|k| f64::from(u8::from(k % (n + 1) == 0)))
+                .collect(),
             product: vec![0.0; (n - sys.modes()) * n],
             linear: damped.map(|(ratio, omega)| -2.0 * ratio * omega).sum(),
             sum: 0.0,
@@ -41,7 +43,13 @@ impl MeanTrace {
         };
         let n = sys.tangent_dim();
         let status = Some(status).filter(|status| !status.is_empty());
-        let Self { record, force, vectors, product, .. } = self;
+        let Self {
+            record,
+            force,
+            vectors,
+            product,
+            ..
+        } = self;
         Differentiable::force_recorded(derivative, status, t, z, force, record);
         derivative.product(status, record, vectors, n, product);
         let rows = product.chunks_exact(n).enumerate();
