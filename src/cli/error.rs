@@ -50,7 +50,7 @@ pub enum CliError {
         source: Cause,
     },
     /// Ctrl-C.
-    #[error("interrupted; what was recorded until then is kept")]
+    #[error("interrupted; what was reached until then is kept")]
     Interrupted,
 }
 

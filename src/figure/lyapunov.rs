@@ -88,7 +88,7 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
         spectrum.exponents.len(),
     );
     Panel {
-        title: if count == spectrum.dimension {
+        title: if count == spectrum.dimension && sum.is_finite() {
             format!("all {count}, in sum {sum:.1} 1/s")
         } else {
             format!("the largest {count} of {}", spectrum.dimension)

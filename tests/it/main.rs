@@ -6,6 +6,7 @@ mod analyse;
 mod cli;
 mod convergence;
 mod equations;
+mod exponents;
 mod export;
 mod laws;
 mod layering;
