@@ -36,8 +36,9 @@ const METHOD: Method = Method::Lawson54 {
 fn grown() -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
     scene.start.kick = 5e-3;
-    let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
-    let joint = ball.joint(scene.tilt.at(0.0)).expect("a clear patch");
+    let tilted = scene.joint().expect("the preset has a joint");
+    let ball = BallJoint::new(&tilted.spec).expect("the preset's joint");
+    let joint = ball.joint(tilted.tilt.at(0.0)).expect("a clear patch");
     let start = initial_state(&scene, joint.modes());
     let mut integrator = Integrator::new(METHOD, &joint).expect("a sound method");
     integrator
