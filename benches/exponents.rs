@@ -39,8 +39,9 @@ const METHOD: Method = Method::Lawson54 {
 fn kicked(kick: f64) -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
     scene.start.kick = kick;
-    let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
-    let joint = ball.joint(scene.tilt.at(0.0)).expect("a clear patch");
+    let tilted = scene.joint().expect("the preset has a joint");
+    let ball = BallJoint::new(&tilted.spec).expect("the preset's joint");
+    let joint = ball.joint(tilted.tilt.at(0.0)).expect("a clear patch");
     let start = initial_state(&scene, joint.modes());
     (joint, start)
 }

@@ -22,3 +22,6 @@ pub use henon_heiles::HenonHeiles;
 pub use impact::ImpactOscillator;
 pub use lorenz::Lorenz;
 pub use roessler::Roessler;
+
+#[cfg(test)]
+mod tests;

@@ -11,10 +11,11 @@ use squeakscope::scene::Scene;
 /// The joint of `torus-3deg` with so many contact nodes, kicked so hard (m/s) that they chatter.
 fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").unwrap();
-    scene.joint.contact.nodes = nodes;
+    scene.joint_mut().unwrap().spec.contact.nodes = nodes;
     scene.start.kick = kick;
-    let ball = BallJoint::new(&scene.joint).unwrap();
-    let joint = ball.joint(scene.tilt.at(0.0)).unwrap();
+    let tilted = scene.joint().unwrap();
+    let ball = BallJoint::new(&tilted.spec).unwrap();
+    let joint = ball.joint(tilted.tilt.at(0.0)).unwrap();
     let z = initial_state(&scene, joint.modes());
     (joint, z)
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Sign};
+use crate::dynamics::{Attractor, Differentiable, Exponent, LyapunovSpectrum, Sign};
 use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
 
 /// Where the steps end.
@@ -37,7 +37,7 @@ fn spectrum<Y: System>(
     spectrum
 }
 
-/// Whether an interval, made `times` as wide, holds a value: with 1.5, in 997 of 1000.
+/// Whether an interval, made `times` as wide, holds a value: with 1.5, that of 99 in 100.
 fn holds(exponent: &Exponent, value: f64, times: f64) -> bool {
     (exponent.value - value).abs() <= times * exponent.half_width
 }
@@ -55,12 +55,12 @@ impl System for Linear {
     fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
-    fn differentiable(&self) -> Option<&dyn crate::dynamics::Differentiable> {
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
 }
 
-impl crate::dynamics::Differentiable for Linear {
+impl Differentiable for Linear {
     fn product(
         &self,
         _status: Option<&[u8]>,
@@ -220,6 +220,14 @@ fn the_exponents_of_the_impact_oscillator() {
     );
     assert!(holds(&spectrum.exponents[0], 0.14245, 1.5), "{spectrum:?}");
     assert!(holds(&spectrum.exponents[1], -0.35276, 1.5), "{spectrum:?}");
+    // The sum of the two is the rate of impacts.
+    let [first, second] = [0, 1].map(|k| spectrum.exponents[k]);
+    let per_impact = 2.0 * 0.8_f64.ln();
+    let rate = Exponent {
+        value: (first.value + second.value) / per_impact,
+        half_width: (first.half_width + second.half_width) / per_impact.abs(),
+    };
+    assert!(holds(&rate, 0.47125, 1.0), "{rate:?}");
     assert_eq!(spectrum.attractor(), Attractor::Chaos);
 }
 
@@ -262,12 +270,12 @@ impl System for VanDerPol {
             *out = (1.0 - q * q) * v;
         }
     }
-    fn differentiable(&self) -> Option<&dyn crate::dynamics::Differentiable> {
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
 }
 
-impl crate::dynamics::Differentiable for VanDerPol {
+impl Differentiable for VanDerPol {
     fn product(
         &self,
         _status: Option<&[u8]>,
