@@ -11,4 +11,6 @@ mod laws;
 mod layering;
 mod pipeline;
 mod scenes;
+#[cfg(feature = "cli")]
+mod small;
 mod stability;
