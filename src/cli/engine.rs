@@ -6,11 +6,13 @@ use std::path::Path;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::error::{Cause, CliError};
+use super::lyapunov;
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
+use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::figure::signal_figures;
+use crate::figure::{lyapunov_figure, signal_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
@@ -18,6 +20,7 @@ use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
+use crate::study::lyapunov::scene_lyapunov;
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 
 /// Runs a scene down the road: simulation, analysis, recording.
@@ -87,6 +90,12 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
     })
 }
 
+/// What `squeakscope lyapunov` needs.
+pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
+    follow: |scene, request, watch| Ok(scene_lyapunov(scene, request, watch)?),
+    draw: |name, found| Ok(lyapunov_figure(name, found)?.png()?),
+};
+
 /// What `squeakscope analyse` needs.
 pub(super) const LABORATORY: Tools = Tools { read, draw, play };
 
@@ -133,10 +142,6 @@ fn draw(report: &SignalReport) -> Result<Vec<FigureFile>, Cause> {
 /// Sends a signal down the road of a simulation: analysis, recording.
 fn play(job: &Play<'_>) -> Result<Summary, Cause> {
     let signal = &job.report.signal;
-    let [low, high] = [f64::min, f64::max].map(|of| {
-        let samples = signal.samples.iter().copied();
-        samples.reduce(of).unwrap_or(0.0)
-    });
     let source = job.file.file_name().unwrap_or(job.file.as_os_str());
     let source = source.to_string_lossy().into_owned();
     let info = SignalInfo {
@@ -144,7 +149,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
         column: signal.name.clone(),
         unit: signal.unit.clone(),
         start: signal.start,
-        span: [low, high],
+        span: range(signal.samples.iter().copied()),
         highest_frequency: highest_frequency(job.report),
     };
     let title = format!(

@@ -8,7 +8,7 @@ use super::pace::Pace;
 use super::stepper::{Stepper, switching};
 use super::tableau::{RK4, TSIT54};
 use super::tangents::Tangents;
-use super::{DynamicsError, LyapunovSpectrum, System, Tally};
+use super::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
 
 /// The choice of method, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,6 +152,11 @@ impl Integrator {
     /// where a guard falls through zero. Without this, a system with kinks is stepped through, the
     /// law taken anew at each stage.
     ///
+    /// Guards that fall within the rounding of the time are one event. Where events follow each
+    /// other too fast to stop at each, more than 10,000 within the longest step, a system whose
+    /// events jump nowhere ([`Switching::is_continuous`](super::Switching::is_continuous)) is stepped
+    /// through until that time is over ([`Tally::overrun`]); for any other system that is an error.
+    ///
     /// # Errors
     /// [`DynamicsError::Lacks`] when the system has no [`System::switching`].
     pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
@@ -263,12 +268,13 @@ impl Integrator {
     }
 
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
-    /// needed. Times must not go back before the start of the last step.
+    /// needed. Times must not go back before the start of the last step. At the very time of an
+    /// event to come it is the state before it.
     ///
     /// # Errors
     /// [`DynamicsError::Size`] when `out` has another length, [`DynamicsError::Time`] when `t` is
-    /// out of reach, [`DynamicsError::NonFinite`] and [`DynamicsError::StepUnderflow`] when the
-    /// integration cannot go on.
+    /// out of reach, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
+    /// [`DynamicsError::Chatter`] when the integration cannot go on.
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -281,25 +287,33 @@ impl Integrator {
             self.step(sys, f64::INFINITY)?;
         }
         with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
+        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+            switching(sys).settle(status, t, out);
+        }
         Ok(())
     }
 
     /// Makes a step end exactly at time `t` (s): then [`Integrator::time`] is `t` and
     /// [`Integrator::state`] the state there, at the method's full order. A step that has gone past
-    /// `t` is taken again, shorter; the length of the steps that follow is not affected.
+    /// `t` is taken again, shorter; the length of the steps that follow is not affected. At the
+    /// very time of an event it is the state after it.
     ///
     /// # Errors
-    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`] and
-    /// [`DynamicsError::StepUnderflow`] when the integration cannot go on.
+    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`],
+    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] when the integration cannot
+    /// go on.
     pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
             with_stepper!(&mut self.engine, stepper => self.pace.rewind(stepper));
+            let start = self.time();
             if let Some(tangents) = &mut self.tangents {
-                tangents.rewind();
+                tangents.rewind(start);
             }
             if let Some(events) = &mut self.events {
-                events.pending.clear();
+                with_stepper!(&self.engine, stepper => {
+                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                });
             }
         }
         while self.time() < t {
@@ -310,10 +324,10 @@ impl Integrator {
 
     /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
     /// reached is `limit`. Returns the guards crossed, none for the limit; the state is the one
-    /// after the crossing.
+    /// after the crossing, and times before it are out of reach.
     ///
     /// # Errors
-    /// As [`Integrator::land`], and [`DynamicsError::Chatter`].
+    /// As [`Integrator::land`].
     pub fn next_event<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -337,17 +351,54 @@ impl Integrator {
         self.events.as_ref().map_or(&[], |events| &events.status)
     }
 
-    /// The exponents by the growth of the tangent vectors so far; `None` where none are followed.
+    /// The exponents by the growth of the tangent vectors up to [`Integrator::time`]; `None` where
+    /// none are followed, or vectors of one's own ([`Integrator::follow_vectors`]).
     pub fn exponents(&self) -> Option<LyapunovSpectrum> {
         let tangents = self.tangents.as_ref()?;
-        Some(tangents.growth.spectrum(tangents.dimension()))
+        let growth = tangents.growth(self.time())?;
+        Some(growth.spectrum(tangents.dimension()))
+    }
+
+    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
+    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
+    pub fn convergence(&self) -> Option<Convergence> {
+        let growth = self.tangents.as_ref()?.growth(self.time())?;
+        Some(growth.convergence())
     }
 
     /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
     pub fn forget_growth(&mut self) {
+        let t = self.time();
         if let Some(tangents) = &mut self.tangents {
-            tangents.growth.clear();
+            tangents.forget(t);
         }
+    }
+
+    /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
+    /// [`Differentiable::product`](super::Differentiable::product); `None` where none are followed.
+    pub fn tangent_vectors(&self) -> Option<&[f64]> {
+        Some(&self.tangents.as_ref()?.end)
+    }
+
+    /// Takes these vectors, in the order of [`Integrator::tangent_vectors`], as the tangent vectors
+    /// at [`Integrator::time`], and never makes them orthonormal, so that they become the flow's
+    /// derivative times the vectors given; until the next [`Integrator::start`]. To be called where
+    /// [`Integrator::start`] or [`Integrator::land`] has led: at a time within a step the vectors
+    /// would come too early.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] when there are not as many numbers as [`Integrator::with_tangents`]
+    /// has made room for.
+    pub fn follow_vectors(&mut self, vectors: &[f64]) -> Result<(), DynamicsError> {
+        let room = self
+            .tangents
+            .as_ref()
+            .map_or(0, |tangents| tangents.end.len());
+        check_size("the list of tangent vectors", room, vectors.len())?;
+        if let Some(tangents) = &mut self.tangents {
+            tangents.replace(vectors);
+        }
+        Ok(())
     }
 
     /// The time reached, s: the end of the last step.
@@ -381,13 +432,14 @@ impl Integrator {
         let Self {
             engine,
             pace,
+            max_step,
             events,
             tangents,
             ..
         } = self;
         with_stepper!(engine, stepper => {
             if let Some(tangents) = tangents {
-                tangents.follow(stepper.end_time);
+                tangents.follow(stepper.end_time)?;
             }
             let status = events.as_ref().and_then(Events::held);
             pace.step(stepper, sys, status, limit)?;
@@ -395,8 +447,9 @@ impl Integrator {
             if let Some(events) = events {
                 if !held {
                     events.overrun(switching(sys), stepper.end_time, &stepper.end);
+                    events.pass(stepper.end_time, *max_step);
                     pace.tally.overrun += 1;
-                } else if events.find(switching(sys), stepper) {
+                } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
                 }
             }
@@ -424,6 +477,9 @@ impl Integrator {
             let t = stepper.end_time;
             pace.tally.events += 1;
             events.crossed.clear();
+            if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                tangents.jump_begins(&events.pending);
+            }
             while let Some(&guard) = events.pending.first() {
                 // Where the state may jump, one guard's jump may save another one from falling.
                 let together = if continuous { events.pending.len() } else { 1 };
@@ -434,7 +490,7 @@ impl Integrator {
                         tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
                     }
                     switching.cross(guard, t, &mut stepper.end, &mut events.status);
-                    events.crossed.push(guard);
+                    events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
                         let after = (events.status.as_slice(), stepper.end.as_slice());
@@ -442,9 +498,9 @@ impl Integrator {
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
-                let chatters = events.count(together, t, self.max_step);
+                let chatters = events.count(t, self.max_step);
                 if chatters && !continuous {
-                    let crossings = events.crossings();
+                    let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
                 events.look(switching, t, &stepper.end);

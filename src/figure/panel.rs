@@ -1,6 +1,7 @@
 //! The words figures are made of.
 
 use super::style::Rgb;
+use crate::analysis::range;
 
 /// One field with two axes and marks upon them.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +59,27 @@ pub enum Mark {
         color: Rgb,
         /// Their name.
         label: String,
+    },
+    /// A band between two curves, lightly filled: an interval along an axis. It has no entry in the
+    /// legend; the curve in its middle has one.
+    Band {
+        /// Place on the horizontal axis, lower and upper end; a place without a finite end is left
+        /// out.
+        spans: Vec<[f64; 3]>,
+        /// Its colour, of which it has a fifth.
+        color: Rgb,
+    },
+    /// Upright strokes between two values each, with caps: intervals of single values.
+    Intervals {
+        /// Place on the horizontal axis, lower and upper end; one without a finite end is left out.
+        spans: Vec<[f64; 3]>,
+        /// Their colour.
+        color: Rgb,
+    },
+    /// A level line across the panel, thin and dark: zero, say.
+    Level {
+        /// The value on the vertical axis.
+        y: f64,
     },
     /// An upright line at a value of the horizontal axis, with words at its top.
     Upright {
@@ -147,10 +169,7 @@ impl Axis {
 
 /// The smallest and the largest of the finite values; 0 and 1 if there is none.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let finite = values.filter(|v| v.is_finite());
-    let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [low.min(v), high.max(v)]
-    });
+    let [low, high] = range(values.filter(|v| v.is_finite()));
     if low <= high { [low, high] } else { [0.0, 1.0] }
 }
 

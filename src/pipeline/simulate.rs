@@ -96,6 +96,26 @@ impl Simulation {
         })
     }
 
+    /// The joint at the present tilt.
+    pub fn joint(&self) -> &Joint {
+        &self.joint
+    }
+
+    /// The integrator, which has reached the last sample or gone a little past it.
+    pub fn integrator(&self) -> &Integrator {
+        &self.integrator
+    }
+
+    /// The present tilt of the load, rad.
+    pub fn tilt(&self) -> f64 {
+        self.tilt
+    }
+
+    /// The joint and the integrator, to go on with otherwise.
+    pub fn into_parts(self) -> (Joint, Integrator) {
+        (self.joint, self.integrator)
+    }
+
     fn joint_info(&self) -> JointInfo {
         let TiltedJoint { spec, tilt } = &self.tilted;
         let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);

@@ -6,11 +6,15 @@ mod analyse;
 mod cli;
 mod convergence;
 mod equations;
+mod exponents;
 mod export;
 mod laws;
 mod layering;
+#[cfg(feature = "cli")]
+mod lyapunov;
 mod pipeline;
 mod scenes;
 #[cfg(feature = "cli")]
 mod small;
 mod stability;
+mod tangent;
