@@ -120,9 +120,9 @@ pub struct RunReport {
     pub real_time_factor: f64,
     /// Strongest lines of the velocity's spectrum at the end, strongest first.
     pub lines: Vec<LineReport>,
-    /// Half the peak-to-peak displacement of the central contact point at the end, m.
+    /// Half the peak-to-peak displacement (of a joint, of its central contact point) at the end, m.
     pub amplitude_m: f64,
-    /// Largest speed of the central contact point at the end, m/s.
+    /// Largest speed of the same at the end, m/s.
     pub peak_velocity_m_per_s: f64,
     /// Accepted steps of the integrator.
     pub steps: u64,
@@ -130,10 +130,10 @@ pub struct RunReport {
     pub rejections: u64,
     /// Calls of the right-hand side.
     pub calls: u64,
-    /// Contact nodes that opened or closed.
+    /// Contact nodes that opened or closed; of a small system, events.
     pub transitions: u64,
-    /// Relative residual of the energy audit at the end.
-    pub energy_residual: f64,
+    /// Relative residual of the energy audit at the end; only a joint has one.
+    pub energy_residual: Option<f64>,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -193,7 +193,7 @@ impl RunReport {
             rejections: summary.tally.rejections,
             calls: summary.tally.calls,
             transitions: summary.transitions,
-            energy_residual: summary.audit,
+            energy_residual: scene.joint().is_ok().then_some(summary.audit),
             files,
         }
     }
@@ -213,9 +213,13 @@ impl Report for RunReport {
             self.wall_s,
             self.real_time_factor
         );
+        let place = match self.energy_residual {
+            Some(_) => " at the central contact point",
+            None => "",
+        };
         let _ = writeln!(
             text,
-            "  amplitude {:.4} um, peak velocity {:.3} mm/s at the central contact point",
+            "  amplitude {:.4} um, peak velocity {:.3} mm/s{place}",
             self.amplitude_m * 1e6,
             self.peak_velocity_m_per_s * 1e3
         );
@@ -231,12 +235,22 @@ impl Report for RunReport {
             );
             let _ = writeln!(text, "{}", row.trim_end());
         }
+        let events = match self.energy_residual {
+            Some(residual) => format!(
+                "{} contact transitions; energy residual {residual:.1e}",
+                self.transitions
+            ),
+            None => format!("{} events", self.transitions),
+        };
         let _ = writeln!(
             text,
-            "  {} steps, {} rejected, {} calls; {} contact transitions; energy residual {:.1e}",
-            self.steps, self.rejections, self.calls, self.transitions, self.energy_residual
+            "  {} steps, {} rejected, {} calls; {events}",
+            self.steps, self.rejections, self.calls
         );
-        if self.energy_residual > WORRYING_RESIDUAL {
+        if self
+            .energy_residual
+            .is_some_and(|residual| residual > WORRYING_RESIDUAL)
+        {
             let _ = writeln!(
                 text,
                 "  beware: energy and work do not agree, so the motion may be wrong; choose a smaller \

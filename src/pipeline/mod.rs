@@ -11,6 +11,8 @@ mod run;
 mod simulate;
 mod sink;
 mod small;
+#[cfg(test)]
+mod small_tests;
 mod source;
 mod stages;
 

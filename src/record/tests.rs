@@ -17,9 +17,11 @@ use rerun::{
 
 use super::{APPLICATION, Output, RecordError, RerunSink, blueprint, demo, encode::Encoder, paths};
 use crate::pipeline::{
-    Delivery, Sink,
+    Delivery, Monitor, Sink,
     message::{AnalysisKind, Header, Health, Record},
+    run,
 };
+use crate::scene::Scene;
 
 /// What an entity holds.
 #[derive(Clone, Debug, Default)]
@@ -495,4 +497,40 @@ fn frames_of_one_tilt_log_their_nodes_once() {
     }
     sink.finish().unwrap();
     assert_eq!(read(&path).0[paths::NODES].rows, snapshots + 1);
+}
+
+/// A mass on a belt: what it is doing is a band, and the colour of its series.
+#[test]
+fn a_small_system_is_drawn_with_what_it_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("belt.rrd");
+    let scene = Scene::load("mass-on-belt").unwrap();
+    let scene = scene.with_duration(60.0).unwrap();
+    let mut sink = RerunSink::new(&to_file(&path), scene.record).unwrap();
+    run(&scene, "", &mut sink, Monitor::default()).unwrap();
+    let (entities, blueprint) = read(&path);
+    assert!(blueprint > 0);
+    let changes = entities[paths::STATUS].rows;
+    assert!(changes > 30, "{changes}");
+    let samples = scene.samples() as usize;
+    for series in [paths::DISPLACEMENT, paths::VELOCITY] {
+        assert_eq!(entities[series].rows, samples + changes, "{series}");
+    }
+    for there in [
+        paths::PORTRAIT_TRAIL,
+        paths::NARRATION,
+        paths::ABOUT,
+        paths::HEALTH_WORK,
+    ] {
+        assert!(entities.contains_key(there), "{there}");
+    }
+    for absent in [
+        paths::BODY,
+        paths::NODES,
+        paths::MODES_Q,
+        paths::ENERGY,
+        paths::TILT,
+    ] {
+        assert!(!entities.contains_key(absent), "{absent}");
+    }
 }

@@ -35,7 +35,7 @@ macro_rules! presets {
     };
 }
 
-/// The scenes that come with the program, from silence to chaos.
+/// The scenes that come with the program: the joint from silence to chaos, then small systems.
 pub const PRESETS: &[Preset] = presets![
     "tilt-ramp",
     "printed-friction",
@@ -43,6 +43,9 @@ pub const PRESETS: &[Preset] = presets![
     "mode-shift-3.5deg",
     "torus-3deg",
     "chaos-5deg",
+    "mass-on-belt",
+    "impact-oscillator",
+    "damped-contact",
 ];
 
 /// Name of the scene that runs if none is asked for.

@@ -14,5 +14,7 @@ mod layering;
 mod lyapunov;
 mod pipeline;
 mod scenes;
+#[cfg(feature = "cli")]
+mod small;
 mod stability;
 mod tangent;

@@ -404,6 +404,7 @@ impl Signal {
                 .collect(),
             geometry,
             transitions: 120,
+            status: Vec::new(),
             tally: Tally::default(),
             busy_seconds: t0,
         }
