@@ -11,6 +11,7 @@ mod simulate;
 mod sink;
 mod source;
 mod stages;
+mod twin;
 
 pub use analyse::{AnalyseError, Analyser};
 pub use error::PipelineError;

@@ -8,14 +8,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::message::{
-    EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
-    PatchSnapshot, Subject,
+    EnergySample, Exponents, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    PatchSnapshot, Subject, TwinSamples,
 };
 use super::source::{kinds, section_coordinates};
+use super::twin::Twin;
 use super::{PipelineError, Source};
 use crate::dynamics::{Accuracy, Integrator, Method, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{self, AnalysisSpec, Scene};
+use crate::scene::{self, AnalysisSpec, Events, Scene};
 
 /// Spacing of the vertices of the body's picture: along the meridian, and round it.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -37,7 +38,20 @@ pub struct Simulation {
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
+    /// When exponents are due, if they are asked for.
+    exponents: Option<Due>,
+    /// The second copy, if it is asked for.
+    twin: Option<Twin>,
     busy_seconds: f64,
+}
+
+/// The samples at which something is due.
+#[derive(Clone, Copy, Debug)]
+struct Due {
+    /// Index of the sample from which on time counts.
+    from: u64,
+    /// Samples from one time to the next.
+    every: u64,
 }
 
 /// What the energy audit carries along, J.
@@ -71,7 +85,7 @@ impl Simulation {
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         check_step(&scene.integrator, joint.omega())?;
-        let mut integrator = Integrator::new(method(&scene.integrator), &joint)?;
+        let mut integrator = integrator(scene, &joint)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = scene.joint.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
@@ -80,6 +94,12 @@ impl Simulation {
             start: joint.energy(&z).total(),
             by_tilt: 0.0,
         };
+        let rate = scene.sample_rate;
+        let exponents = scene.analysis.exponents.map(|spec| Due {
+            from: (spec.settle * rate).ceil() as u64,
+            every: stride(rate, 1.0 / spec.every),
+        });
+        let butterfly = scene.analysis.butterfly;
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
             scene: scene.clone(),
@@ -92,6 +112,8 @@ impl Simulation {
             open,
             z,
             audit,
+            exponents,
+            twin: butterfly.map(|spec| Twin::new(spec, scene.start.seed)),
             busy_seconds: 0.0,
         })
     }
@@ -134,7 +156,8 @@ impl Simulation {
     }
 
     /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
-    /// equilibrium follow at once; the perturbation goes on unchanged.
+    /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
+    /// vectors and their growth: exponents of a ramp are averages over it.
     fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
         let tilt = self.scene.tilt.at(time);
         if tilt == self.tilt {
@@ -142,6 +165,9 @@ impl Simulation {
         }
         if time > 0.0 {
             self.integrator.land(&self.joint, time)?;
+            if let Some(twin) = &mut self.twin {
+                twin.land(&self.joint, time)?;
+            }
         }
         let model = self.ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
@@ -149,8 +175,53 @@ impl Simulation {
         self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
+        if let Some(twin) = &mut self.twin {
+            twin.restart(&self.joint)?;
+        }
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
         self.tilt = tilt;
+        Ok(())
+    }
+
+    /// The exponents, where they are due at the sample with this index.
+    fn exponents_at(&mut self, index: u64, time: f64) -> Option<Exponents> {
+        let due = self.exponents?;
+        let since = index.checked_sub(due.from)?;
+        if since == 0 {
+            self.integrator.forget_growth();
+        }
+        if since % due.every != 0 {
+            return None;
+        }
+        let spectrum = self.integrator.exponents()?;
+        let lowest = self.joint.omega().iter().copied().fold(f64::NAN, f64::min);
+        (spectrum.time > 0.0).then_some(Exponents {
+            time,
+            spectrum,
+            omega_1: lowest,
+        })
+    }
+
+    /// Goes on with the second copy to sample `k` of a frame, at a time (s).
+    fn follow_twin(
+        &mut self,
+        k: usize,
+        time: f64,
+        into: &mut TwinSamples,
+    ) -> Result<(), PipelineError> {
+        let Some(twin) = &mut self.twin else {
+            return Ok(());
+        };
+        if let Some(state) = twin.sample(&self.joint, &self.integrator, time, &self.z)? {
+            if into.distance.is_empty() {
+                into.first = k;
+            }
+            let modes = self.joint.modes();
+            let (q, v) = state.z[..2 * modes].split_at(modes);
+            into.displacement.push(self.joint.probe_value(q));
+            into.velocity.push(self.joint.probe_value(v));
+            into.distance.push(state.distance);
+        }
         Ok(())
     }
 
@@ -214,6 +285,7 @@ impl Source for Simulation {
         let record = &self.scene.record;
         let patch_every = stride(rate, record.patch_rate);
         let energy_every = stride(rate, record.energy_rate);
+        let mut beside = TwinSamples::default();
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
             self.integrator.sample(&self.joint, time, &mut self.z)?;
@@ -236,7 +308,10 @@ impl Source for Simulation {
             if index % energy_every == 0 {
                 frame.energy.push(self.energy_sample(time));
             }
+            frame.exponents.extend(self.exponents_at(index, time));
+            self.follow_twin(frame.len() - 1, time, &mut beside)?;
         }
+        frame.twin = self.twin.is_some().then_some(beside);
         self.next_sample += count;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
@@ -259,6 +334,18 @@ pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
         *velocity = scene.start.kick * normal;
     }
     z
+}
+
+/// The integrator of a scene, with what goes along.
+fn integrator(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
+    let mut integrator = Integrator::new(method(&scene.integrator), joint)?;
+    if scene.integrator.events == Events::Exact {
+        integrator = integrator.with_events(joint)?;
+    }
+    if let Some(spec) = scene.analysis.exponents {
+        integrator = integrator.with_tangents(joint, spec.count, scene.start.seed)?;
+    }
+    Ok(integrator)
 }
 
 fn method(integrator: &scene::Integrator) -> Method {
