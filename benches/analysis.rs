@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::analysis::{
-    DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Window, name_lines,
+    DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Threshold, Window,
+    name_lines,
 };
 use squeakscope::pipeline::message::{Frame, Record};
 use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError, Source};
@@ -74,7 +75,7 @@ fn names(c: &mut Criterion) {
     group.finish();
 }
 
-/// A recurrence plot with its threshold and both pictures, by its side.
+/// A recurrence plot with its threshold, the rate reached and both pictures, by its side.
 fn recurrence(c: &mut Criterion) {
     let mut group = c.benchmark_group("recurrence");
     let signal = torus(4048);
@@ -86,8 +87,8 @@ fn recurrence(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("size", size), |b| {
             b.iter(|| {
                 plot.measure(black_box(&vectors), &picks);
-                let threshold = plot.distance_for_rate(0.1);
-                (plot.distance_picture(), plot.recurrence_picture(threshold))
+                let recurrences = plot.recurrences(Threshold::Rate(0.1)).unwrap();
+                (plot.distance_picture(), recurrences)
             });
         });
     }

@@ -21,8 +21,9 @@ const USUAL: usize = 100;
 
 fn ball(nodes: usize) -> BallJoint {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
-    scene.joint.contact.nodes = nodes;
-    BallJoint::new(&scene.joint).expect("the preset's joint")
+    let spec = &mut scene.joint_mut().expect("the preset has a joint").spec;
+    spec.contact.nodes = nodes;
+    BallJoint::new(spec).expect("the preset's joint")
 }
 
 fn model(nodes: usize) -> Model {

@@ -22,7 +22,8 @@ const END: f64 = 4e-3;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut scene = Scene::load("torus-3deg")?;
     scene.start.kick = 10e-3;
-    let joint = BallJoint::new(&scene.joint)?.joint(scene.tilt.at(0.0))?;
+    let tilted = scene.joint()?;
+    let joint = BallJoint::new(&tilted.spec)?.joint(tilted.tilt.at(0.0))?;
     let start = initial_state(&scene, joint.modes());
     let reference = integrate(&joint, &start, Method::Rk4 { step: 0.05e-6 })?;
     let most = most_open(&joint, &start)?;

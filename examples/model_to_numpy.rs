@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = folder.join("model.npz");
 
     let scene = Scene::load("torus-3deg")?;
-    let model = BallJoint::new(&scene.joint)?.model(scene.tilt.at(0.0))?;
+    let tilted = scene.joint()?;
+    let model = BallJoint::new(&tilted.spec)?.model(tilted.tilt.at(0.0))?;
     let joint = Joint::new(&model);
     let m = joint.modes();
     write_model(&path, &ModelArrays::new(model, initial_state(&scene, m)))?;

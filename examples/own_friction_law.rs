@@ -65,8 +65,8 @@ impl FrictionLaw for Algebraic {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene::load("periodic-2deg")?;
-    let ball = BallJoint::new(&scene.joint)?;
-    let tilt = scene.tilt.at(0.0);
+    let ball = BallJoint::new(&scene.joint()?.spec)?;
+    let tilt = scene.joint()?.tilt.at(0.0);
     let model = ball.model(tilt)?;
     let Friction::Stribeck { law, radial } = model.friction else {
         return Err("the scene has no friction".into());

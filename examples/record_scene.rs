@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "{} at {:.1} deg: {:.0} ms simulated in {:.2} s, {:.2} of real time while integrating",
         scene.name,
-        scene.tilt.at(0.0).to_degrees(),
+        scene.joint()?.tilt.at(0.0).to_degrees(),
         1e3 * summary.simulated,
         summary.wall,
         summary.real_time_factor,

@@ -149,8 +149,9 @@ impl FrictionLaw for Viscous {
 /// The joint of a preset with each kind of friction, by name.
 fn joints() -> Vec<(&'static str, Joint)> {
     let scene = Scene::load("torus-3deg").expect("a preset");
-    let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
-    let model = ball.model(scene.tilt.at(0.0)).expect("the preset's tilt");
+    let tilted = scene.joint().expect("the preset has a joint");
+    let ball = BallJoint::new(&tilted.spec).expect("the preset's joint");
+    let model = ball.model(tilted.tilt.at(0.0)).expect("the preset's tilt");
     let Friction::Stribeck { law, .. } = model.friction else {
         panic!("the preset has friction");
     };

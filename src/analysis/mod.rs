@@ -45,7 +45,7 @@ mod tones;
 pub use chaos::*;
 pub use delay::*;
 pub use error::AnalysisError;
-pub use moments::deviation;
+pub use moments::{deviation, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{

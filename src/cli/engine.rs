@@ -9,6 +9,7 @@ use super::error::{Cause, CliError};
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
+use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::figure::signal_figures;
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
@@ -54,7 +55,7 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
 
 /// The modes at steady sliding at each of the tilts (rad), by frequency.
 pub(super) fn stability(scene: &Scene, tilts: &[f64]) -> Result<Vec<Vec<ModeReport>>, Cause> {
-    let ball = BallJoint::new(&scene.joint)?;
+    let ball = BallJoint::new(&scene.joint()?.spec)?;
     let found = study::stability(&ball, tilts)?;
     Ok(found
         .into_iter()
@@ -74,7 +75,8 @@ pub(super) fn stability(scene: &Scene, tilts: &[f64]) -> Result<Vec<Vec<ModeRepo
 
 /// The model of a scene at its start.
 pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
-    let model = BallJoint::new(&scene.joint)?.model(scene.tilt.at(0.0))?;
+    let joint = scene.joint()?;
+    let model = BallJoint::new(&joint.spec)?.model(joint.tilt.at(0.0))?;
     let (nodes, modes) = (model.nodes(), model.modes());
     let arrays = ModelArrays::new(model, initial_state(scene, modes));
     let mut npz = Cursor::new(Vec::new());
@@ -132,10 +134,6 @@ fn draw(report: &SignalReport) -> Result<Vec<FigureFile>, Cause> {
 /// Sends a signal down the road of a simulation: analysis, recording.
 fn play(job: &Play<'_>) -> Result<Summary, Cause> {
     let signal = &job.report.signal;
-    let [low, high] = [f64::min, f64::max].map(|of| {
-        let samples = signal.samples.iter().copied();
-        samples.reduce(of).unwrap_or(0.0)
-    });
     let source = job.file.file_name().unwrap_or(job.file.as_os_str());
     let source = source.to_string_lossy().into_owned();
     let info = SignalInfo {
@@ -143,7 +141,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
         column: signal.name.clone(),
         unit: signal.unit.clone(),
         start: signal.start,
-        span: [low, high],
+        span: range(signal.samples.iter().copied()),
         highest_frequency: highest_frequency(job.report),
     };
     let title = format!(
@@ -163,14 +161,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
         save: Some(job.save.to_owned()),
         ..Output::default()
     };
-    // There is neither a patch nor a body to take snapshots of.
-    let rates = RecordSpec {
-        patch_rate: 0.0,
-        body_rate: 0.0,
-        energy_rate: 0.0,
-        exaggeration: 1.0,
-    };
-    let mut sink = RerunSink::new(&output, rates)?;
+    let mut sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY)?;
     let (start, duration) = (signal.start, signal.duration());
     let monitor = Monitor {
         stop: job.stop,

@@ -29,6 +29,7 @@ pub(super) fn model(
     build: impl FnOnce(&Scene) -> Result<ModelFile, Cause>,
 ) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    scene.joint()?;
     report::print_warnings(&scene.warnings());
     let [out, json] = check_all(
         args.scene.as_deref().map(OsStr::new),
@@ -67,8 +68,8 @@ mod tests {
         assert!(!args.out.exists());
         let build = |scene: &Scene| -> Result<_, Cause> {
             Ok(ModelFile {
-                nodes: scene.joint.contact.nodes,
-                modes: scene.joint.body.families.count(),
+                nodes: scene.joint()?.spec.contact.nodes,
+                modes: scene.subject.modes(),
                 npz: vec![1, 2, 3],
             })
         };

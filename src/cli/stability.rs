@@ -7,7 +7,7 @@ use super::error::{Cause, CliError};
 use super::output::check_all;
 use super::report::{self, ModeReport, StabilityReport, TiltReport};
 use crate::VERSION;
-use crate::scene::{DEFAULT_SCENE, Scene, SceneError};
+use crate::scene::{DEFAULT_SCENE, Scene, SceneError, Schedule};
 
 /// Runs the command; `analyse` gives the modes of a scene's joint at each of the tilts (rad).
 ///
@@ -21,11 +21,11 @@ pub(super) fn stability(
     report::print_warnings(&scene.warnings());
     let tilts_deg = match &args.tilt {
         Some(sweep) => sweep.tilts_deg().collect(),
-        None => tilts_of(&scene),
+        None => tilts_of(&scene.joint()?.tilt),
     };
     let tilts = tilts_deg.iter().map(|&tilt_deg| {
         let there = scene.clone().with_tilt(tilt_deg)?;
-        Ok(there.tilt.at(0.0))
+        Ok(there.joint()?.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
     let [json] = check_all(
@@ -48,9 +48,9 @@ pub(super) fn stability(
     Ok(report::deliver(&report, json.as_ref())?)
 }
 
-/// The tilts at a scene's knots in degrees, each once, in order.
-fn tilts_of(scene: &Scene) -> Vec<f64> {
-    let knots = scene.tilt.knots().iter();
+/// The tilts at a schedule's knots in degrees, each once, in order.
+fn tilts_of(tilt: &Schedule) -> Vec<f64> {
+    let knots = tilt.knots().iter();
     // From radians back to the decimal that the file says.
     let mut tilts: Vec<_> = knots
         .map(|knot| (knot.1.to_degrees() * 1e9).round() / 1e9)
@@ -95,7 +95,10 @@ mod tests {
 
     #[test]
     fn without_a_sweep_the_knots_are_taken() {
-        let tilts = |name| tilts_of(&Scene::load(name).expect("preset"));
+        let tilts = |name| {
+            let scene = Scene::load(name).expect("preset");
+            tilts_of(&scene.joint().expect("a joint").tilt)
+        };
         assert_eq!(tilts("torus-3deg"), [3.0]);
         assert_eq!(tilts("tilt-ramp"), [0.0, 3.0, 5.5, 6.0]);
     }

@@ -111,4 +111,15 @@ pub enum DynamicsError {
         /// Dimension of the tangent space.
         dimension: usize,
     },
+    /// A tangent vector is infinite or not a number, though the state is finite.
+    #[error(
+        "tangent vector {vector} is not finite at t = {time} s: check the derivative of the force \
+         and the gradients of the guards there"
+    )]
+    Tangent {
+        /// When, s.
+        time: f64,
+        /// Which vector.
+        vector: usize,
+    },
 }

@@ -315,8 +315,9 @@ impl Integrator {
         self.check_time(t)?;
         if self.time() > t {
             with_stepper!(&mut self.engine, stepper => self.pace.rewind(stepper));
+            let start = self.time();
             if let Some(tangents) = &mut self.tangents {
-                tangents.rewind();
+                tangents.rewind(start);
             }
             if let Some(events) = &mut self.events {
                 events.pending.clear();
@@ -357,17 +358,47 @@ impl Integrator {
         self.events.as_ref().map_or(&[], |events| &events.status)
     }
 
-    /// The exponents by the growth of the tangent vectors so far; `None` where none are followed.
+    /// The exponents by the growth of the tangent vectors up to [`Integrator::time`]; `None` where
+    /// none are followed, or vectors of one's own ([`Integrator::follow_vectors`]).
     pub fn exponents(&self) -> Option<LyapunovSpectrum> {
         let tangents = self.tangents.as_ref()?;
-        Some(tangents.growth.spectrum(tangents.dimension()))
+        let growth = tangents.growth(self.time())?;
+        Some(growth.spectrum(tangents.dimension()))
     }
 
     /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
     pub fn forget_growth(&mut self) {
+        let t = self.time();
         if let Some(tangents) = &mut self.tangents {
-            tangents.growth.clear();
+            tangents.forget(t);
         }
+    }
+
+    /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
+    /// [`Differentiable::product`](super::Differentiable::product); `None` where none are followed.
+    pub fn tangent_vectors(&self) -> Option<&[f64]> {
+        Some(&self.tangents.as_ref()?.end)
+    }
+
+    /// Takes these vectors, in the order of [`Integrator::tangent_vectors`], as the tangent vectors
+    /// at [`Integrator::time`], and never makes them orthonormal, so that they become the flow's
+    /// derivative times the vectors given; until the next [`Integrator::start`]. To be called where
+    /// [`Integrator::start`] or [`Integrator::land`] has led: at a time within a step the vectors
+    /// would come too early.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] when there are not as many numbers as [`Integrator::with_tangents`]
+    /// has made room for.
+    pub fn follow_vectors(&mut self, vectors: &[f64]) -> Result<(), DynamicsError> {
+        let room = self
+            .tangents
+            .as_ref()
+            .map_or(0, |tangents| tangents.end.len());
+        check_size("the list of tangent vectors", room, vectors.len())?;
+        if let Some(tangents) = &mut self.tangents {
+            tangents.replace(vectors);
+        }
+        Ok(())
     }
 
     /// The time reached, s: the end of the last step.
@@ -407,7 +438,7 @@ impl Integrator {
         } = self;
         with_stepper!(engine, stepper => {
             if let Some(tangents) = tangents {
-                tangents.follow(stepper.end_time);
+                tangents.follow(stepper.end_time)?;
             }
             let status = events.as_ref().and_then(Events::held);
             pace.step(stepper, sys, status, limit)?;
@@ -444,6 +475,9 @@ impl Integrator {
             let t = stepper.end_time;
             pace.tally.events += 1;
             events.crossed.clear();
+            if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                tangents.jump_begins(&events.pending);
+            }
             while let Some(&guard) = events.pending.first() {
                 // Where the state may jump, one guard's jump may save another one from falling.
                 let together = if continuous { events.pending.len() } else { 1 };

@@ -150,6 +150,9 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
             );
             self.picture.push(stage, &mut self.end, 1);
             let time = self.start_time + self.tableau.nodes[stage] * h;
+            if let (true, Some(status)) = (stage == S - 1, status) {
+                switching(sys).settle(status, end_time, &mut self.end);
+            }
             self.slope(sys, status, stage, time);
             let slope = &mut self.slopes[stage * dim..][..dim];
             if stage == S - 1 {

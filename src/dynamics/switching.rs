@@ -34,6 +34,10 @@ pub trait Switching {
     /// Eq. (14): from there on the law of the new status holds.
     fn cross(&self, guard: usize, t: f64, z: &mut [f64], status: &mut [u8]);
 
+    /// Puts a state back onto what its status holds fixed (the velocity of a mass that sticks),
+    /// against the drift by the errors of the steps. Nothing to do where a status holds nothing.
+    fn settle(&self, _status: &[u8], _t: f64, _z: &mut [f64]) {}
+
     /// Whether nothing jumps at any guard: the state goes on, and the laws before and after agree on
     /// the guard. Then the tangent flow passes unchanged (the correction of Eq. (16) vanishes), and
     /// a step may run over the guards. `false` where not proven.

@@ -1,6 +1,7 @@
 //! The words figures are made of.
 
 use super::style::Rgb;
+use crate::analysis::range;
 
 /// One field with two axes and marks upon them.
 #[derive(Clone, Debug, PartialEq)]
@@ -147,10 +148,7 @@ impl Axis {
 
 /// The smallest and the largest of the finite values; 0 and 1 if there is none.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let finite = values.filter(|v| v.is_finite());
-    let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [low.min(v), high.max(v)]
-    });
+    let [low, high] = range(values.filter(|v| v.is_finite()));
     if low <= high { [low, high] } else { [0.0, 1.0] }
 }
 

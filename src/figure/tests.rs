@@ -21,7 +21,7 @@ fn report(name: &str) -> SignalReport {
         .analyse(&samples)
         .unwrap();
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, 0.25 * spectrum.bin);
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let lines = lines.iter().enumerate().map(|(i, &line)| NamedLine {
         line,
         name: naming.names[i],
@@ -38,7 +38,7 @@ fn report(name: &str) -> SignalReport {
     let mut plot = RecurrencePlot::new();
     let picks: Vec<usize> = (0..300).map(|k| 3 * k).collect();
     plot.measure(&vectors, &picks);
-    let epsilon = plot.distance_for_rate(0.08);
+    let recurrences = plot.recurrences(Threshold::Rate(0.08)).unwrap();
     let along = (0..80).map(|k| {
         let t = f64::from(k);
         MeasuresAt {
@@ -137,7 +137,7 @@ fn report(name: &str) -> SignalReport {
                 threshold: Threshold::Rate(0.05),
                 theiler: 1,
             },
-            epsilon: Some(epsilon),
+            epsilon: recurrences.distance,
             stride: 1,
             lag: 12,
             counts: RecurrenceCounts::default(),
@@ -151,7 +151,7 @@ fn report(name: &str) -> SignalReport {
                 size: plot.size(),
                 span: [0.095, 0.1],
                 distance: plot.distance_picture(),
-                recurrent: plot.recurrence_picture(epsilon),
+                recurrent: recurrences.pixels,
             },
         },
         clusters: Clusters {

@@ -5,10 +5,14 @@ use super::analyse::AnalyseError;
 use super::outlet::RecorderGone;
 use crate::dynamics::DynamicsError;
 use crate::joint::AssemblyError;
+use crate::scene::SceneError;
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
+    /// The scene does not run what is needed.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// The joint cannot be assembled.
     #[error("the joint cannot be assembled")]
     Assembly(#[from] AssemblyError),

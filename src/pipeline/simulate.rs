@@ -3,28 +3,27 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::message::{
     EnergySample, Exponents, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Subject, TwinSamples,
 };
+use super::prepare::{initial_state, integrator};
 use super::source::{kinds, section_coordinates};
 use super::twin::Twin;
 use super::{PipelineError, Source};
-use crate::dynamics::{Accuracy, Integrator, Method, System};
+use crate::dynamics::{Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{self, AnalysisSpec, Events, Scene};
+use crate::scene::{AnalysisSpec, Scene, TiltedJoint};
 
 /// Spacing of the vertices of the body's picture: along the meridian, and round it.
 const OUTLINE: (usize, usize) = (44, 24);
 
-/// A running simulation: asks for nothing but the next frame.
+/// A running simulation of a joint: asks for nothing but the next frame.
 #[derive(Debug)]
 pub struct Simulation {
     scene: Scene,
+    /// The scene's joint.
+    tilted: TiltedJoint,
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
@@ -72,22 +71,25 @@ impl Simulation {
     /// Computes the modes, assembles the joint at the first tilt, and kicks it.
     ///
     /// # Errors
-    /// If the joint cannot be assembled or the integrator cannot start.
+    /// If the scene has no joint, it cannot be assembled, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
-        let ball = BallJoint::new(&scene.joint)?;
+        let tilted = scene.joint()?.clone();
+        let ball = BallJoint::new(&tilted.spec)?;
         // A tilt that cannot be reached later is told now, not in the middle of the run.
-        for (_, tilt) in scene.tilt.knots() {
+        for (_, tilt) in tilted.tilt.knots() {
             ball.model(*tilt)?;
         }
-        let tilt = scene.tilt.at(0.0);
+        let tilt = tilted.tilt.at(0.0);
         let model = ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        check_step(&scene.integrator, joint.omega())?;
         let mut integrator = integrator(scene, &joint)?;
+        if let Some(spec) = scene.analysis.exponents {
+            integrator = integrator.with_tangents(&joint, spec.count, scene.start.seed)?;
+        }
         integrator.start(&joint, 0.0, &z)?;
-        let bytes = scene.joint.contact.nodes.div_ceil(8);
+        let bytes = tilted.spec.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
         joint.open_nodes(&z[..joint.modes()], &mut open[0]);
         let audit = Audit {
@@ -103,6 +105,7 @@ impl Simulation {
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
             scene: scene.clone(),
+            tilted,
             ball,
             joint,
             integrator,
@@ -118,8 +121,28 @@ impl Simulation {
         })
     }
 
+    /// The joint at the present tilt.
+    pub fn joint(&self) -> &Joint {
+        &self.joint
+    }
+
+    /// The integrator, which has reached the last sample or gone a little past it.
+    pub fn integrator(&self) -> &Integrator {
+        &self.integrator
+    }
+
+    /// The present tilt of the load, rad.
+    pub fn tilt(&self) -> f64 {
+        self.tilt
+    }
+
+    /// The joint and the integrator, to go on with otherwise.
+    pub fn into_parts(self) -> (Joint, Integrator) {
+        (self.joint, self.integrator)
+    }
+
     fn joint_info(&self) -> JointInfo {
-        let scene = &self.scene;
+        let TiltedJoint { spec, tilt } = &self.tilted;
         let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
         let modes = self.ball.body().modes();
         let velocity = self.ball.sliding_velocity(self.tilt);
@@ -132,16 +155,16 @@ impl Simulation {
                     frequency_hz,
                 })
                 .collect(),
-            min_tilt: scene.tilt.min(),
-            max_tilt: scene.tilt.max(),
-            azimuth: scene.joint.azimuth,
+            min_tilt: tilt.min(),
+            max_tilt: tilt.max(),
+            azimuth: spec.azimuth,
             outline: Outline {
                 vertices: surface.vertices,
                 triangles: surface.triangles,
                 shapes: surface.shapes,
             },
-            rotation: scene.joint.rotation,
-            load: scene.joint.load,
+            rotation: spec.rotation,
+            load: spec.load,
             ball_radius: self.ball.ball_radius(),
             patch_radius: self.ball.patch_radius(),
             sliding_speed: velocity.iter().map(|v| v * v).sum::<f64>().sqrt(),
@@ -159,7 +182,7 @@ impl Simulation {
     /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
     /// vectors and their growth: exponents of a ramp are averages over it.
     fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
-        let tilt = self.scene.tilt.at(time);
+        let tilt = self.tilted.tilt.at(time);
         if tilt == self.tilt {
             return Ok(());
         }
@@ -323,58 +346,6 @@ impl Source for Simulation {
     fn is_over(&self) -> bool {
         self.next_sample >= self.samples()
     }
-}
-
-/// The initial `[q | dq/dt]`: at the equilibrium, with a seeded Gaussian kick of the velocities.
-pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
-    let mut rng = ChaCha8Rng::seed_from_u64(scene.start.seed);
-    let mut z = vec![0.0; 2 * modes];
-    for velocity in &mut z[modes..] {
-        let normal: f64 = StandardNormal.sample(&mut rng);
-        *velocity = scene.start.kick * normal;
-    }
-    z
-}
-
-/// The integrator of a scene, with what goes along.
-fn integrator(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
-    let mut integrator = Integrator::new(method(&scene.integrator), joint)?;
-    if scene.integrator.events == Events::Exact {
-        integrator = integrator.with_events(joint)?;
-    }
-    if let Some(spec) = scene.analysis.exponents {
-        integrator = integrator.with_tangents(joint, spec.count, scene.start.seed)?;
-    }
-    Ok(integrator)
-}
-
-fn method(integrator: &scene::Integrator) -> Method {
-    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
-    // the floor there is nothing to resolve.
-    let accuracy = Accuracy {
-        floor: 1e-12,
-        ..Accuracy::relative(integrator.tolerance)
-    };
-    let max_step = integrator.max_step;
-    match integrator.method {
-        scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
-        scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
-        scene::Method::Rk4 => Method::Rk4 { step: max_step },
-    }
-}
-
-/// A fixed step must keep the fastest free vibration stable: `omega h < 2 sqrt(2)` for the classical
-/// Runge-Kutta method.
-fn check_step(integrator: &scene::Integrator, omega: &[f64]) -> Result<(), PipelineError> {
-    let fastest = omega.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let limit = 8.0_f64.sqrt() / fastest;
-    if integrator.method == scene::Method::Rk4 && integrator.max_step > limit {
-        return Err(PipelineError::Step {
-            step_us: 1e6 * integrator.max_step,
-            limit_us: 1e6 * limit,
-        });
-    }
-    Ok(())
 }
 
 fn patch_geometry(ball: &BallJoint, model: &Model, tilt: f64) -> PatchGeometry {

@@ -11,7 +11,7 @@ use super::{
     style::{self, Quantity, short},
 };
 use crate::{
-    analysis::{Divergence, ZeroOne},
+    analysis::{Divergence, ZeroOne, range},
     pipeline::message::Subject,
 };
 
@@ -96,9 +96,9 @@ impl Chaos {
         let shift = unit.per_si.ln();
         let curve = divergence.curve.iter().map(|value| value + shift);
         let curve: Vec<f64> = curve.collect();
-        let finite = || curve.iter().filter(|value| value.is_finite());
-        let low = finite().fold(f64::INFINITY, |a, b| a.min(*b)).floor();
-        let high = finite().fold(f64::NEG_INFINITY, |a, b| a.max(*b)).ceil();
+        let finite = curve.iter().copied().filter(|value| value.is_finite());
+        let [low, high] = range(finite);
+        let (low, high) = (low.floor(), high.ceil());
         let (low, high) = if low < high { (low, high) } else { (-1.0, 1.0) };
         let last = curve.len().saturating_sub(1).max(1);
         let time_unit = Quantity::Time.unit(dt * last as f64);
@@ -157,9 +157,7 @@ impl Chaos {
     ) -> Result<(), RecordError> {
         let path = &zero_one.path[..zero_one.path.len().min(PATH_POINTS)];
         let span = |c: usize| {
-            let values = || path.iter().map(|point| point[c]);
-            let low = values().fold(f64::INFINITY, f64::min);
-            let high = values().fold(f64::NEG_INFINITY, f64::max);
+            let [low, high] = range(path.iter().map(|point| point[c]));
             if low <= high { [low, high] } else { [0.0; 2] }
         };
         let spans = [span(0), span(1)];

@@ -14,7 +14,10 @@ use super::{
     portrait, stream,
     style::{self, Quantity},
 };
-use crate::pipeline::message::{Header, SectionCoordinate, SectionPoint, Subject};
+use crate::{
+    analysis::range,
+    pipeline::message::{Header, SectionCoordinate, SectionPoint, Subject},
+};
 
 /// Passages on show: a quarter of a second of a squeak at 4 kHz would be a thousand.
 const PASSAGES: usize = 600;
@@ -148,13 +151,8 @@ impl Section {
     /// Fits the axes to the passages, but never closer than a share of the motion: those of a
     /// tone must look like a point. Where both axes measure the same they have the same scale.
     fn scale(&mut self) {
-        let spans: [[f64; 2]; 2] = std::array::from_fn(|c| {
-            let values = || self.recent.iter().map(|point| point[c]);
-            [
-                values().fold(f64::INFINITY, f64::min),
-                values().fold(f64::NEG_INFINITY, f64::max),
-            ]
-        });
+        let spans: [[f64; 2]; 2] =
+            std::array::from_fn(|c| range(self.recent.iter().map(|point| point[c])));
         let halves: [f64; 2] = std::array::from_fn(|c| self.coordinates[c].half_width(spans[c]));
         let alike = self.coordinates[0].quantity == self.coordinates[1].quantity;
         let largest = halves[0].max(halves[1]);

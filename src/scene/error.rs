@@ -61,6 +61,18 @@ pub enum SceneError {
         /// The largest size read, bytes.
         limit: u64,
     },
+    /// A joint is needed, and the scene runs something else.
+    #[error(
+        "the scene `{scene}` runs {subject}, and this needs a ball joint; take a scene with a [load] \
+         table, such as `{}`",
+        super::DEFAULT_SCENE
+    )]
+    NoJoint {
+        /// Name of the scene.
+        scene: String,
+        /// What it runs.
+        subject: &'static str,
+    },
     /// The content is at fault.
     #[error("{at}: {fault}")]
     Content {

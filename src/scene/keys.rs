@@ -129,6 +129,21 @@ const LAG: Number = number(Microsecond, Range::Closed(0.5, 1e6));
 /// What every embedding dimension must be.
 const DIMENSION: Count = Count { min: 1, max: 20 };
 
+/// What a natural frequency of a small system must be.
+const FREQUENCY: Number = number(Hertz, Range::Positive(1e5));
+
+/// What a damping ratio must be.
+const RATIO: Number = number(One, Range::HalfOpen(0.0, 1.0));
+
+/// What the drive of a small system must be.
+const DRIVE: Number = number(MetrePerSecondSquared, Range::Closed(0.0, 1e6));
+
+/// What the frequency of that drive must be.
+const DRIVE_FREQUENCY: Number = number(Hertz, Range::Closed(0.0, 1e5));
+
+/// What a place on the line of a small system must be.
+const PLACE: Number = number(Micrometre, Range::Closed(-1e6, 1e6));
+
 /// The norms by name.
 const NORM: Choice<Norm> = Choice {
     options: &[
@@ -144,8 +159,9 @@ const ONE_THRESHOLD: Otherwise =
 
 use Otherwise::{Default, Else, Required};
 use Unit::{
-    Degree, Gigapascal, KilogramPerCubicMetre, Kilohertz, Micrometre, Microsecond, Millimetre,
-    MillimetrePerSecond, Millisecond, Newton, One, RadianPerSecond, SecondPerMetre,
+    Degree, Gigapascal, Hertz, KilogramPerCubicMetre, Kilohertz, MetrePerSecondSquared, Micrometre,
+    Microsecond, Millimetre, MillimetrePerSecond, Millisecond, Newton, NewtonPerKilogram, One,
+    RadianPerSecond, SecondPerMetre,
 };
 
 keys! {
@@ -257,6 +273,49 @@ keys! {
     DAMPING: OneOrMany = "damping.ratio", Required,
         OneOrMany { item: number(One, Range::HalfOpen(0.0, 1.0)) };
 
+    /// Natural frequency.
+    IMPACT_FREQUENCY: Number = "impact_oscillator.frequency_hz", Required, FREQUENCY;
+    /// Damping ratio.
+    IMPACT_DAMPING: Number = "impact_oscillator.damping_ratio", Default("0"), RATIO;
+    /// Amplitude of the drive, as the acceleration that it gives the mass.
+    IMPACT_DRIVE: Number = "impact_oscillator.drive_m_per_s2", Required, DRIVE;
+    /// Frequency of the drive, a cosine; 0 is a constant push.
+    IMPACT_DRIVE_FREQUENCY: Number = "impact_oscillator.drive_frequency_hz", Required, DRIVE_FREQUENCY;
+    /// Where the wall is: the mass moves at or above it.
+    WALL: Number = "impact_oscillator.wall_um", Default("0"), PLACE;
+    /// Coefficient of restitution: speed after an impact over that before it.
+    RESTITUTION: Number = "impact_oscillator.restitution", Required, number(One, Range::Closed(0.0, 1.0));
+
+    /// Natural frequency.
+    BELT_FREQUENCY: Number = "mass_on_belt.frequency_hz", Required, FREQUENCY;
+    /// Damping ratio.
+    BELT_DAMPING: Number = "mass_on_belt.damping_ratio", Default("0"), RATIO;
+    /// Force that presses the mass onto the belt, by the mass.
+    BELT_LOAD: Number = "mass_on_belt.load_n_per_kg", Required, number(NewtonPerKilogram, Range::Positive(1e6));
+    /// Static coefficient of friction: holds while sticking.
+    BELT_MU_S: Number = "mass_on_belt.mu_s", Required, number(One, Range::Closed(0.0, 10.0));
+    /// Kinetic coefficient of friction: holds while sliding; at most the static one.
+    BELT_MU_D: Number = "mass_on_belt.mu_d", Required, number(One, Range::Closed(0.0, 10.0));
+    /// Speed of the belt.
+    BELT_SPEED: Number = "mass_on_belt.belt_mm_per_s", Required, number(MillimetrePerSecond, Range::Positive(1e5));
+
+    /// Natural frequency out of contact.
+    DAMPED_FREQUENCY: Number = "damped_contact.frequency_hz", Required, FREQUENCY;
+    /// Damping ratio out of contact.
+    DAMPED_DAMPING: Number = "damped_contact.damping_ratio", Default("0"), RATIO;
+    /// Amplitude of the drive, as the acceleration that it gives the mass.
+    DAMPED_DRIVE: Number = "damped_contact.drive_m_per_s2", Required, DRIVE;
+    /// Frequency of the drive, a cosine; 0 is a constant push.
+    DAMPED_DRIVE_FREQUENCY: Number = "damped_contact.drive_frequency_hz", Required, DRIVE_FREQUENCY;
+    /// Stiffness of the contact below 0: the natural frequency of the mass on its spring alone.
+    CONTACT_FREQUENCY: Number = "damped_contact.contact_frequency_hz", Required, FREQUENCY;
+    /// Damping of the contact: the damping ratio of the mass on it alone.
+    CONTACT_DAMPING: Number = "damped_contact.contact_damping_ratio", Required, number(One, Range::Closed(0.0, 10.0));
+
+    /// Position of a small system at the start.
+    START_POSITION: Number = "start.position_um", Default("0"), PLACE;
+    /// Velocity of a small system at the start, before the kick.
+    START_VELOCITY: Number = "start.velocity_mm_per_s", Default("0"), number(MillimetrePerSecond, Range::Closed(-1e5, 1e5));
     /// Standard deviation of each modal velocity at the start, in sqrt(kg) mm/s; 0 is exactly at rest.
     KICK: Number = "start.kick_mm_per_s", Default("0.01"),
         number(MillimetrePerSecond, Range::Closed(0.0, 1000.0));

@@ -8,6 +8,7 @@ mod overrides;
 mod presets;
 mod schedule;
 mod spec;
+mod subject;
 mod units;
 mod validate;
 
@@ -24,3 +25,4 @@ pub use spec::{
     RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface, Setting, SlidingSpec,
     SpectrogramSpec, Start, StateCoordinate,
 };
+pub use subject::{SmallSystem, SubjectSpec, TiltedJoint};

@@ -13,11 +13,13 @@ impl Scene {
     /// The same scene at a constant tilt, in degrees; -90 to 90.
     ///
     /// # Errors
-    /// When the tilt is out of range, or the central contact point would not slide.
+    /// When the scene has no joint, the tilt is out of range, or the central contact point would
+    /// not slide.
     pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
+        self.joint()?;
         let tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
-        sliding(&self.joint, &tilt, || self.place_of_override())?;
-        self.tilt = tilt;
+        sliding(&self.joint()?.spec, &tilt, || self.place_of_override())?;
+        self.joint_mut()?.tilt = tilt;
         Ok(self)
     }
 
@@ -33,7 +35,10 @@ impl Scene {
     /// What is allowed in this scene but probably not meant.
     pub fn warnings(&self) -> Vec<SceneWarning> {
         let mut warnings = Vec::new();
-        if let Friction::Stribeck { law, .. } = self.joint.friction
+        let Ok(joint) = self.joint() else {
+            return warnings;
+        };
+        if let Friction::Stribeck { law, .. } = joint.spec.friction
             && law.mu_d > law.mu_s
         {
             warnings.push(SceneWarning::KineticAboveStatic {
@@ -41,7 +46,7 @@ impl Scene {
                 mu_d: law.mu_d,
             });
         }
-        if let Some(&(last_knot, _)) = self.tilt.knots().last()
+        if let Some(&(last_knot, _)) = joint.tilt.knots().last()
             && last_knot > self.duration
         {
             warnings.push(SceneWarning::ScheduleCutShort {

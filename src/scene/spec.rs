@@ -1,8 +1,7 @@
 //! The validated scene.
 
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::joint::JointSpec;
-use crate::scene::Schedule;
+use crate::scene::SubjectSpec;
 
 /// A validated scene. SI units and radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,10 +14,8 @@ pub struct Scene {
     pub about: String,
     /// The scene's whole text as read, with what the command line changed at its end as comments.
     pub text: String,
-    /// The joint.
-    pub joint: JointSpec,
-    /// Tilt of the load, rad, as a function of time.
-    pub tilt: Schedule,
+    /// What is run.
+    pub subject: SubjectSpec,
     /// How the run starts.
     pub start: Start,
     /// Simulated time, s.
@@ -35,9 +32,14 @@ pub struct Scene {
     pub record: RecordSpec,
 }
 
-/// The initial state: at the steady-sliding equilibrium with a random kick of the modal velocities.
+/// The initial state: at the steady-sliding equilibrium (of a small system: at a given place and
+/// velocity), with a random kick of the modal velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
+    /// Position of a small system, m; zero for a joint.
+    pub position: f64,
+    /// Velocity of a small system before the kick, m/s; zero for a joint.
+    pub velocity: f64,
     /// Standard deviation of each modal velocity, sqrt(kg) m/s; zero means exactly at rest.
     pub kick: f64,
     /// Seed of the random numbers.
@@ -325,4 +327,14 @@ pub struct RecordSpec {
     pub energy_rate: f64,
     /// Exaggeration of the body's deformation.
     pub exaggeration: f64,
+}
+
+impl RecordSpec {
+    /// Of a subject with neither a patch nor a body to take snapshots of: its samples.
+    pub const SAMPLES_ONLY: Self = Self {
+        patch_rate: 0.0,
+        body_rate: 0.0,
+        energy_rate: 0.0,
+        exaggeration: 1.0,
+    };
 }

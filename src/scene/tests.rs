@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::keys::{ALL, split};
 use super::*;
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::joint::{Frequencies, Friction, Stribeck};
+use crate::joint::{Frequencies, Friction, JointSpec, Stribeck};
 
 /// The smallest scene: the required keys only.
 const SMALLEST: &str = "\
@@ -20,6 +20,14 @@ duration_ms = 10
 
 fn smallest() -> Scene {
     Scene::parse("mine.toml", SMALLEST).expect("valid")
+}
+
+fn joint_of(scene: &Scene) -> &JointSpec {
+    &scene.joint().expect("a joint").spec
+}
+
+fn tilt_of(scene: &Scene) -> &Schedule {
+    &scene.joint().expect("a joint").tilt
 }
 
 /// The message about a text that must be refused.
@@ -37,7 +45,7 @@ fn refusal_with(added: &str) -> String {
 #[test]
 fn defaults_are_the_papers() {
     let scene = smallest();
-    let joint = &scene.joint;
+    let TiltedJoint { spec: joint, tilt } = scene.joint().expect("a joint");
     assert_eq!(scene.name, "mine");
     assert_eq!(scene.title, "mine");
     assert_eq!(joint.body.geometry.ball_diameter, 0.03175);
@@ -51,7 +59,7 @@ fn defaults_are_the_papers() {
     assert_eq!(joint.friction, Friction::None);
     assert!(joint.damping.is_empty());
     assert_eq!(scene.analysis, AnalysisSpec::default());
-    assert_eq!(scene.tilt, Schedule::constant(2f64.to_radians()));
+    assert_eq!(*tilt, Schedule::constant(2f64.to_radians()));
     assert_eq!(scene.duration, 0.01);
     assert_eq!(scene.sample_rate, 2e5);
     assert_eq!(scene.integrator.method, Method::Lawson54);
@@ -85,9 +93,9 @@ fn every_default_is_valid() {
             level: 0.0
         }
     );
-    assert_eq!(scene.joint.damping, [0.001; 11]);
+    assert_eq!(joint_of(&scene).damping, [0.001; 11]);
     assert_eq!(
-        scene.joint.friction,
+        joint_of(&scene).friction,
         Friction::Stribeck {
             law: Stribeck {
                 mu_s: 0.5,
@@ -110,6 +118,8 @@ fn every_key_is_known_once_and_has_its_unit_in_its_name() {
             Some("s/m") => "_s_per_m".to_owned(),
             Some("rad/s") => ".rad_s".to_owned(),
             Some("kg/m^3") => "_kg_m3".to_owned(),
+            Some("N/kg") => "_n_per_kg".to_owned(),
+            Some("m/s^2") => "_m_per_s2".to_owned(),
             Some("") => String::new(),
             Some(symbol) => format!("_{}", symbol.to_lowercase()),
             None => panic!("no unit column: {row}"),
@@ -158,13 +168,14 @@ fn a_printed_preset_is_the_same_scene_from_a_file() {
 fn the_regimes_have_their_parameters() {
     let load = |name| Scene::load(name).expect("preset");
     let periodic = load("periodic-2deg");
-    assert_eq!(periodic.joint.azimuth, 0.0);
-    assert_eq!(periodic.joint.contact.stiffness_factor, 1.0);
+    assert_eq!(joint_of(&periodic).azimuth, 0.0);
+    assert_eq!(joint_of(&periodic).contact.stiffness_factor, 1.0);
     let shift = load("mode-shift-3.5deg");
-    assert_eq!(shift.joint.azimuth, 135f64.to_radians());
-    assert_eq!(shift.tilt.at(0.0), 3.5f64.to_radians());
+    assert_eq!(joint_of(&shift).azimuth, 135f64.to_radians());
+    assert_eq!(tilt_of(&shift).at(0.0), 3.5f64.to_radians());
     for name in ["torus-3deg", "chaos-5deg", "tilt-ramp"] {
-        let natural = load(name).joint;
+        let scene = load(name);
+        let natural = joint_of(&scene);
         assert_eq!(natural.azimuth, 0.0);
         assert_eq!(natural.contact.stiffness_factor, 2.75);
         let Friction::Stribeck {
@@ -183,14 +194,14 @@ fn the_regimes_have_their_parameters() {
             creep, stribeck, ..
         },
         ..
-    } = load("printed-friction").joint.friction
+    } = joint_of(&load("printed-friction")).friction
     else {
         panic!("printed-friction has friction");
     };
     assert_eq!((creep, stribeck), (10.0, 1000.0));
     let ramp = load("tilt-ramp");
-    assert_eq!(ramp.tilt.at(0.0), 0.0);
-    assert_eq!(ramp.tilt.at(ramp.duration), 6f64.to_radians());
+    assert_eq!(tilt_of(&ramp).at(0.0), 0.0);
+    assert_eq!(tilt_of(&ramp).at(ramp.duration), 6f64.to_radians());
 }
 
 #[test]
@@ -312,7 +323,7 @@ fn what_is_not_toml_or_not_text_says_where() {
 fn a_byte_order_mark_and_windows_lines_are_no_fault() {
     let marked = format!("\u{feff}{}", SMALLEST.replace('\n', "\r\n"));
     let scene = Scene::parse("mine.toml", &marked).expect("valid");
-    assert_eq!(scene.joint, smallest().joint);
+    assert_eq!(scene.subject, smallest().subject);
     let bad = marked.replace("2.0", "200");
     assert!(refusal(bad).starts_with("mine.toml:3: `load.tilt_deg`"));
 }
@@ -592,7 +603,7 @@ fn knots_increase_and_are_given_once() {
     let with = |knots: &str| format!("[load]\nload_n = 1\n{knots}\n[time]\nduration_ms = 10\n");
     let ramp = "tilt = [{ time_ms = 1, tilt_deg = 0 }, { time_ms = 3, tilt_deg = 6 }]";
     let scene = Scene::parse("ramp.toml", with(ramp)).expect("valid");
-    assert!((scene.tilt.at(0.002).to_degrees() - 3.0).abs() < 1e-12);
+    assert!((tilt_of(&scene).at(0.002).to_degrees() - 3.0).abs() < 1e-12);
     assert!(refusal(with("tilt = []")).contains(":3: `load.tilt` = [] is out of range"));
     assert!(
         refusal(with(&format!("tilt_deg = 1\n{ramp}")))
@@ -609,7 +620,9 @@ fn knots_increase_and_are_given_once() {
     );
     let most = with(&format!("tilt = [{}]", many[..10_000].join(", ")));
     assert_eq!(
-        Scene::parse("m", most).expect("valid").tilt.knots().len(),
+        tilt_of(&Scene::parse("m", most).expect("valid"))
+            .knots()
+            .len(),
         10_000
     );
 }
@@ -645,7 +658,7 @@ fn overrides_obey_the_ranges_and_are_recorded() {
         .with_tilt(-3.5)
         .and_then(|scene| scene.with_duration(20.0))
         .expect("valid");
-    assert_eq!(scene.tilt, Schedule::constant((-3.5f64).to_radians()));
+    assert_eq!(*tilt_of(&scene), Schedule::constant((-3.5f64).to_radians()));
     assert_eq!(scene.duration, 0.02);
     assert_eq!(
         scene.text,
@@ -729,9 +742,9 @@ proptest! {
         match Scene::parse("mutated", text) {
             Ok(scene) => {
                 prop_assert!(scene.duration.is_finite() && scene.duration > 0.0);
-                prop_assert!(scene.joint.load.is_finite() && scene.joint.load > 0.0);
-                prop_assert!(scene.tilt.max().abs() <= std::f64::consts::FRAC_PI_2);
-                prop_assert!((1..=10_000).contains(&scene.joint.contact.nodes));
+                prop_assert!(joint_of(&scene).load.is_finite() && joint_of(&scene).load > 0.0);
+                prop_assert!(tilt_of(&scene).max().abs() <= std::f64::consts::FRAC_PI_2);
+                prop_assert!((1..=10_000).contains(&joint_of(&scene).contact.nodes));
             }
             Err(error) => prop_assert!(error.to_string().contains("mutated")),
         }
@@ -741,10 +754,7 @@ proptest! {
 /// The default of the key is the element size that `fem` recommends.
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
-    let size = Scene::load("tilt-ramp")
-        .expect("preset")
-        .joint
-        .body
-        .element_size;
+    let scene = Scene::load("tilt-ramp").expect("preset");
+    let size = joint_of(&scene).body.element_size;
     assert!((size - crate::fem::DEFAULT_ELEMENT_SIZE).abs() < 1e-12);
 }

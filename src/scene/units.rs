@@ -18,12 +18,18 @@ pub(super) enum Unit {
     Millisecond,
     /// Microsecond.
     Microsecond,
+    /// Hertz.
+    Hertz,
     /// Kilohertz.
     Kilohertz,
     /// Gigapascal.
     Gigapascal,
     /// Newton.
     Newton,
+    /// Newton per kilogram.
+    NewtonPerKilogram,
+    /// Metre per second squared.
+    MetrePerSecondSquared,
     /// Kilogram per cubic metre.
     KilogramPerCubicMetre,
     /// Millimetre per second.
@@ -43,7 +49,10 @@ impl Unit {
     pub fn to_si(self, value: f64) -> f64 {
         match self {
             Self::One
+            | Self::Hertz
             | Self::Newton
+            | Self::NewtonPerKilogram
+            | Self::MetrePerSecondSquared
             | Self::KilogramPerCubicMetre
             | Self::SecondPerMetre
             | Self::RadianPerSecond => value,
@@ -64,9 +73,12 @@ impl Unit {
             Self::Micrometre => "um",
             Self::Millisecond => "ms",
             Self::Microsecond => "us",
+            Self::Hertz => "Hz",
             Self::Kilohertz => "kHz",
             Self::Gigapascal => "GPa",
             Self::Newton => "N",
+            Self::NewtonPerKilogram => "N/kg",
+            Self::MetrePerSecondSquared => "m/s^2",
             Self::KilogramPerCubicMetre => "kg/m^3",
             Self::MillimetrePerSecond => "mm/s",
             Self::SecondPerMetre => "s/m",

@@ -1,5 +1,6 @@
 //! Many answers from one scene.
 
+pub mod lyapunov;
 pub mod signal;
 mod stability;
 

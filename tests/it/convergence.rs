@@ -12,8 +12,8 @@ const SPAN: f64 = 4e-3;
 fn kicked() -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").unwrap();
     scene.start.kick = 5e-3;
-    let ball = BallJoint::new(&scene.joint).unwrap();
-    let joint = ball.joint(scene.tilt.at(0.0)).unwrap();
+    let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
+    let joint = ball.joint(scene.joint().unwrap().tilt.at(0.0)).unwrap();
     let z = initial_state(&scene, joint.modes());
     (joint, z)
 }

@@ -3,8 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Equations of the paper, and where each is implemented. Eq. (9), (11) to (23) come with the
-/// tangent flow and the exponents; until then they have no home to point to.
+/// Equations of the paper, and where each is implemented.
 const HOMES: &[(u32, &str)] = &[
     (1, "joint/traction.rs"),
     (2, "joint/traction.rs"),
@@ -14,8 +13,21 @@ const HOMES: &[(u32, &str)] = &[
     (6, "joint/traction.rs"),
     (7, "joint/nodes.rs"),
     (8, "joint/traction.rs"),
+    (9, "dynamics/system.rs"),
     (10, "dynamics/system.rs"),
+    (11, "dynamics/switching.rs"),
+    (12, "dynamics/switching.rs"),
+    (13, "dynamics/switching.rs"),
+    (14, "dynamics/switching.rs"),
+    (15, "dynamics/tangents/saltation.rs"),
+    (16, "dynamics/tangents/saltation.rs"),
+    (17, "joint/switching.rs"),
     (18, "joint/contact.rs"),
+    (19, "dynamics/switching.rs"),
+    (20, "dynamics/differentiable.rs"),
+    (21, "dynamics/tangents/mod.rs"),
+    (22, "dynamics/tangents/mod.rs"),
+    (23, "dynamics/lyapunov/mod.rs"),
     (24, "joint/system.rs"),
     (25, "analysis/delay/embedding.rs"),
     (26, "analysis/recurrence/plot.rs"),

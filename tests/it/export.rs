@@ -18,9 +18,9 @@ fn a_model_comes_back_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.npz");
     let scene = scene();
-    let model = BallJoint::new(&scene.joint)
+    let model = BallJoint::new(&scene.joint().unwrap().spec)
         .unwrap()
-        .model(scene.tilt.at(0.0))
+        .model(scene.joint().unwrap().tilt.at(0.0))
         .unwrap();
     let arrays = ModelArrays::new(model, initial_state(&scene, 11));
     write_model(&path, &arrays).unwrap();
@@ -60,9 +60,13 @@ fn other_models_and_broken_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.npz");
     let mut scene = scene();
-    scene.joint.friction = Friction::None;
-    scene.joint.contact.unilateral = false;
-    let model = BallJoint::new(&scene.joint).unwrap().model(0.0).unwrap();
+    let spec = &mut scene.joint_mut().unwrap().spec;
+    spec.friction = Friction::None;
+    spec.contact.unilateral = false;
+    let model = BallJoint::new(&scene.joint().unwrap().spec)
+        .unwrap()
+        .model(0.0)
+        .unwrap();
     write_model(&path, &ModelArrays::new(model.clone(), vec![0.0; 22])).unwrap();
     let back = read_model(&path).unwrap().model;
     assert_eq!((back.friction, back.unilateral), (Friction::None, false));
@@ -82,9 +86,9 @@ fn samples_fit_the_model() {
     let mut sink = SamplesSink::new(path.clone());
     run(&scene, "test", &mut sink, Monitor::default()).unwrap();
     let arrays = read_npz(&path).unwrap();
-    let joint: Joint = BallJoint::new(&scene.joint)
+    let joint: Joint = BallJoint::new(&scene.joint().unwrap().spec)
         .unwrap()
-        .joint(scene.tilt.at(0.0))
+        .joint(scene.joint().unwrap().tilt.at(0.0))
         .unwrap();
     let m = joint.modes();
     assert_eq!(arrays["q"].shape, [1000, m]);

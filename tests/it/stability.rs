@@ -13,10 +13,11 @@ use squeakscope::study::{StabilityAt, stability};
 /// The joint of `periodic-2deg` with many nodes, so that the quadrature does not matter.
 fn unstable(azimuth_deg: f64, factor: f64, tilts_deg: &[f64]) -> Vec<StabilityAt> {
     let mut scene = Scene::load("periodic-2deg").unwrap();
-    scene.joint.azimuth = azimuth_deg.to_radians();
-    scene.joint.contact.stiffness_factor = factor;
-    scene.joint.contact.nodes = 2000;
-    let ball = BallJoint::new(&scene.joint).unwrap();
+    let spec = &mut scene.joint_mut().unwrap().spec;
+    spec.azimuth = azimuth_deg.to_radians();
+    spec.contact.stiffness_factor = factor;
+    spec.contact.nodes = 2000;
+    let ball = BallJoint::new(spec).unwrap();
     let tilts: Vec<f64> = tilts_deg.iter().map(|deg| deg.to_radians()).collect();
     let mut found = stability(&ball, &tilts).unwrap();
     found
@@ -66,7 +67,7 @@ fn four_bending_modes_are_unstable() {
 #[test]
 fn a_hundred_nodes_are_enough() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let ball = BallJoint::new(&scene.joint).unwrap();
+    let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
     let coarse = stability(&ball, &[2.0_f64.to_radians()]).unwrap().remove(0);
     let fine = unstable(0.0, 1.0, &[2.0]).remove(0);
     assert_eq!((coarse.unstable().count(), fine.modes.len()), (4, 4));
@@ -94,7 +95,7 @@ fn a_fifth_mode_joins() {
 #[test]
 fn as_printed_all_modes_are_stable() {
     let scene = Scene::load("printed-friction").unwrap();
-    let ball = BallJoint::new(&scene.joint).unwrap();
+    let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
     for tilt_deg in [0.0_f64, 3.5, 7.0] {
         let at = stability(&ball, &[tilt_deg.to_radians()])
             .unwrap()

@@ -39,7 +39,7 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{ROUNDING, largest};
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, range};
 
 /// One part in so many of the samples is how long the displacement is followed.
 const HORIZON_PART: usize = 10;
@@ -81,11 +81,7 @@ impl ZeroOneTest {
     /// stride does no harm while the samples last: the lag of the first minimum of the mutual
     /// information is another good choice. 1 is right for a map.
     pub fn stride_for(samples: &[f64]) -> usize {
-        let (low, high) = samples
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-                (low.min(x), high.max(x))
-            });
+        let [low, high] = range(samples.iter().copied());
         let coarse = |stride: &usize| {
             let mut taken = samples.iter().step_by(*stride);
             let mut before = taken.next().copied().unwrap_or_default();

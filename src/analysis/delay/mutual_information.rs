@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, range};
 
 /// The most bins along an axis.
 const MOST_BINS: usize = 1024;
@@ -126,8 +126,7 @@ pub fn mutual_information(
 
 /// The bin of each sample, of `bins` of equal width from the smallest to the largest.
 fn bin(samples: &[f64], bins: usize) -> Vec<u16> {
-    let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(samples.iter().copied());
     if low == high {
         return vec![0; samples.len()];
     }

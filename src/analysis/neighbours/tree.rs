@@ -1,6 +1,6 @@
 //! The tree: vectors sorted into buckets, buckets into boxes, boxes into boxes.
 
-use super::super::DelayVectors;
+use crate::analysis::{DelayVectors, range};
 
 /// Vectors in a bucket.
 pub(super) const BUCKET: usize = 16;
@@ -117,7 +117,7 @@ impl Tree {
             let members = self.buckets[b].indices.iter().copied();
             Span::of(members.filter(|&i| i != NOBODY))
         };
-        let bounds = |b: usize, c: usize| extent(self.coordinates[b * dimension + c].into_iter());
+        let bounds = |b: usize, c: usize| range(self.coordinates[b * dimension + c]);
         self.levels
             .push(Level::new(self.buckets.len(), dimension, of_bucket, bounds));
         while let Some(below) = self.levels.last().filter(|level| level.spans.len() > 1) {
@@ -131,7 +131,7 @@ impl Tree {
             };
             let bounds = |b: usize, c: usize| {
                 let Bounds { low, high } = below.bounds[b * dimension + c];
-                (extent(low.into_iter()).0, extent(high.into_iter()).1)
+                [range(low)[0], range(high)[1]]
             };
             let above = Level::new(below.spans.len(), dimension, of_box, bounds);
             self.levels.push(above);
@@ -145,7 +145,7 @@ impl Level {
         count: usize,
         dimension: usize,
         span: impl Fn(usize) -> Span,
-        bounds: impl Fn(usize, usize) -> (f64, f64),
+        bounds: impl Fn(usize, usize) -> [f64; 2],
     ) -> Self {
         let boxes = count.div_ceil(PARTS);
         let mut level = Self {
@@ -157,7 +157,7 @@ impl Level {
             level.spans[b][p] = span(part);
             for c in 0..dimension {
                 let of_box = &mut level.bounds[b * dimension + c];
-                (of_box.low[p], of_box.high[p]) = bounds(part, c);
+                [of_box.low[p], of_box.high[p]] = bounds(part, c);
             }
         }
         level
@@ -199,17 +199,10 @@ fn widest<'a>(order: &[(f64, usize)], axes: &[&'a [f64]]) -> &'a [f64] {
     let step = order.len().div_ceil(SURVEYED);
     let (mut widest, mut width) = (axes[0], f64::NEG_INFINITY);
     for &axis in axes {
-        let (low, high) = extent(order.iter().step_by(step).map(|&(_, i)| axis[i]));
+        let [low, high] = range(order.iter().step_by(step).map(|&(_, i)| axis[i]));
         if high - low > width {
             (widest, width) = (axis, high - low);
         }
     }
     widest
-}
-
-/// The smallest and the largest of some values.
-fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    })
 }

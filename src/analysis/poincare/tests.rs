@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::range;
 use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -23,8 +24,8 @@ fn shape(signal: &[f64], lag: usize) -> SectionShape {
 }
 
 fn extent(signal: &[f64]) -> f64 {
-    let high = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    high - signal.iter().copied().fold(f64::INFINITY, f64::min)
+    let [low, high] = range(signal.iter().copied());
+    high - low
 }
 
 fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -164,7 +164,7 @@ impl RecurrencePlot {
     /// the distances, exactly as in [`find_threshold`](super::find_threshold). Pairs at equal
     /// distance come together, so that the rate reached may be larger. A rate of less than half a
     /// pair gives 0.
-    pub fn distance_for_rate(&mut self, rate: f64) -> f64 {
+    fn distance_for_rate(&mut self, rate: f64) -> f64 {
         let (pairs, identity) = (self.pairs(), self.identity());
         // A line of identity that is counted is recurrent anyway.
         let wanted = rate.clamp(0.0, 1.0) * (2 * pairs + identity) as f64 - identity as f64;
@@ -183,7 +183,7 @@ impl RecurrencePlot {
 
     /// Recurrence rate: the share of counted pairs no farther apart than `epsilon` (signal's
     /// unit), 0 to 1; 0 if there is no pair.
-    pub fn rate(&self, epsilon: f64) -> f64 {
+    fn rate(&self, epsilon: f64) -> f64 {
         let limit = self.norm.extent_within(epsilon);
         self.share(|_| limit)
     }
@@ -204,7 +204,7 @@ impl RecurrencePlot {
     }
 
     /// The picture of Eq. (26), row-major: 255 recurrent, 0 not.
-    pub fn recurrence_picture(&self, epsilon: f64) -> Vec<u8> {
+    fn recurrence_picture(&self, epsilon: f64) -> Vec<u8> {
         let limit = self.norm.extent_within(epsilon);
         self.pixels(|_| limit)
     }

@@ -20,6 +20,14 @@ pub enum Threshold {
 }
 
 impl Threshold {
+    /// The distance (signal's unit), if it is one: see [`RecurrenceRule::fixed`] for the others.
+    pub fn distance(self) -> Option<f64> {
+        match self {
+            Self::Distance(distance) => Some(distance),
+            Self::Spread(_) | Self::Rate(_) | Self::Neighbours(_) => None,
+        }
+    }
+
     /// The threshold itself, if it is within its range.
     pub(super) fn check(self) -> Result<Self, AnalysisError> {
         let (right, what) = match self {
@@ -47,6 +55,22 @@ pub struct RecurrenceRule {
     /// Pairs with `|i - j| < theiler` are left out of every count: 0 keeps all, 1 (the usual)
     /// leaves out the line of identity.
     pub theiler: usize,
+}
+
+impl RecurrenceRule {
+    /// The same rule with the distance that its threshold comes to for these vectors, which is
+    /// then found once, however often it is needed. [`Threshold::Neighbours`] stays as it is: it
+    /// has a distance for every state.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Threshold`] as in [`quantify`](super::quantify).
+    pub fn fixed(self, vectors: &DelayVectors<'_>) -> Result<Self, AnalysisError> {
+        let threshold = match self.threshold.check()? {
+            Threshold::Neighbours(wanted) => Threshold::Neighbours(wanted),
+            _ => Threshold::Distance(find_threshold(vectors, &self)?),
+        };
+        Ok(Self { threshold, ..self })
+    }
 }
 
 /// The distance (signal's unit) that a threshold comes to.
@@ -443,6 +467,25 @@ mod tests {
     }
 
     #[test]
+    fn a_fixed_rule_counts_the_same() {
+        let signal = noise(8, 300, 1.0);
+        let vectors = DelayVectors::new(&signal, 3, 3).unwrap();
+        for threshold in [
+            Threshold::Distance(1.3),
+            Threshold::Spread(0.7),
+            Threshold::Rate(0.05),
+            Threshold::Neighbours(9),
+        ] {
+            let rule = rule(Norm::Euclidean, threshold, 2);
+            let fixed = rule.fixed(&vectors).unwrap();
+            let distance = find_threshold(&vectors, &rule).ok();
+            assert_eq!(fixed.threshold.distance(), distance, "{threshold:?}");
+            let counts = quantify(&vectors, &rule).unwrap();
+            assert_eq!(quantify(&vectors, &fixed).unwrap(), counts);
+        }
+    }
+
+    #[test]
     fn each_column_has_its_neighbours() {
         let signal = noise(6, 150, 1.0);
         let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
@@ -473,6 +516,7 @@ mod tests {
             let rule = rule(Norm::Euclidean, threshold, 1);
             assert!(quantify(&vectors, &rule).is_err(), "{threshold:?}");
             assert!(find_threshold(&vectors, &rule).is_err(), "{threshold:?}");
+            assert!(rule.fixed(&vectors).is_err(), "{threshold:?}");
         }
         let neighbours = rule(Norm::Euclidean, Threshold::Neighbours(1), 1);
         assert!(find_threshold(&vectors, &neighbours).is_err());

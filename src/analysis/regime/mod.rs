@@ -105,7 +105,7 @@ mod weigh;
 
 use std::fmt;
 
-use super::AnalysisError;
+use super::{AnalysisError, range};
 use belief::Belief;
 use signs::Signs;
 
@@ -221,8 +221,7 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
         });
     }
     let (recent, joined) = recent(samples)?;
-    let low = recent.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = recent.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(recent.iter().copied());
     let amplitude = 0.5 * (high - low);
     if amplitude <= ROUNDING * low.abs().max(high.abs()) || amplitude < search.silence {
         return Ok(silent(amplitude, search.silence));

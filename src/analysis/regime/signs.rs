@@ -6,7 +6,7 @@ use super::neighbourhood::{DIMENSION, Foretold, LEAST_ERROR, Neighbourhood, TURN
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
     Line, LineCriterion, Naming, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
-    ZeroOneTest, delay_section, divergence, mutual_information, name_lines, section_shape,
+    ZeroOneTest, delay_section, divergence, mutual_information, name_lines, range, section_shape,
     zero_one,
 };
 
@@ -141,7 +141,7 @@ impl Signs {
         let inner = crossings.get(1..crossings.len().max(2) - 1).unwrap_or(&[]);
         let last = &inner[inner.len().saturating_sub(PASSAGES)..];
         let points: Vec<&[f64]> = last.iter().map(|c| c.point.as_slice()).collect();
-        let (low, high) = extent(&centred);
+        let [low, high] = range(centred.iter().copied());
 
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
         let neighbourhood = Neighbourhood::new(vectors, lag, power);
@@ -155,7 +155,7 @@ impl Signs {
             }
         }
         let levels = levels(&centred, power);
-        let (faintest, loudest) = extent(&levels);
+        let [faintest, loudest] = range(levels);
         let stride = ZeroOneTest::stride_for(&centred).max(lag);
         let late = &centred[n.saturating_sub(DRIFT_SAMPLES * stride)..];
         let drift = zero_one(late, &ZeroOneTest::with_stride(stride));
@@ -310,12 +310,6 @@ pub(super) fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
     let minimum = mutual.first_clear_minimum();
     let lag = minimum.or_else(|| mutual.first_below((-1.0_f64).exp()));
     Ok(lag.unwrap_or(largest).max(1))
-}
-
-fn extent(samples: &[f64]) -> (f64, f64) {
-    let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
-    let wider = |(low, high): (f64, f64), &x: &f64| (low.min(x), high.max(x));
-    samples.iter().fold((low, high), wider)
 }
 
 /// How far passages are apart (in a coordinate, as noise would have it) that are a period or a

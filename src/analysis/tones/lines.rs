@@ -25,6 +25,12 @@
 
 use super::{Bases, Combination, Line};
 
+/// Standard uncertainty of a line's frequency in bins, for naming lines of a motion that need not
+/// be steady. A steady line is known far better; this covers tones that drift or are modulated
+/// within the window: in a chaotic squeak at 5 degrees, 20 ms at a time, sums of two lines miss a
+/// third by up to 0.4 bins.
+pub const FREQUENCY_UNCERTAINTY: f64 = 0.25;
+
 /// How many lines are tried as first base, and for each how many at most as second.
 const BASE_CANDIDATES: usize = 6;
 

@@ -11,7 +11,9 @@ use serde::Serialize;
 
 use super::report::FileReport;
 use crate::VERSION;
-use crate::analysis::{Bases, Divergence, LagReason, Measures, Norm, SectionShape, Threshold};
+use crate::analysis::{
+    Bases, Divergence, LagReason, Measures, Norm, SectionShape, Threshold, deviation, range,
+};
 use crate::study::signal::{RecurrenceReport, SignalReport};
 
 /// Result of `squeakscope analyse`.
@@ -337,9 +339,7 @@ impl AnalyseReport {
 fn facts(report: &SignalReport) -> SignalFacts {
     let signal = &report.signal;
     let samples = &signal.samples;
-    let count = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / count;
-    let square = samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+    let [smallest, largest] = range(samples.iter().copied());
     SignalFacts {
         name: signal.name.clone(),
         unit: signal.unit.clone(),
@@ -347,10 +347,10 @@ fn facts(report: &SignalReport) -> SignalFacts {
         rate_hz: signal.rate,
         start_s: signal.start,
         duration_s: signal.duration(),
-        smallest: samples.iter().copied().fold(f64::INFINITY, f64::min),
-        largest: samples.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        mean,
-        deviation: (square / count).sqrt(),
+        smallest,
+        largest,
+        mean: samples.iter().sum::<f64>() / samples.len() as f64,
+        deviation: deviation(samples),
     }
 }
 

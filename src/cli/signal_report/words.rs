@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 
-use super::*;
+use super::AnalyseReport;
 use crate::cli::report::Report;
 
 const NAME: Style = Style::new().bold();

@@ -93,27 +93,35 @@ impl LyapunovSpectrum {
 /// How tangent vectors have grown.
 #[derive(Clone, Debug)]
 pub(super) struct Growth {
-    time: f64,
+    start: f64,
+    last: f64,
     sums: Vec<f64>,
 }
 
 impl Growth {
     pub fn new(width: usize) -> Self {
         Self {
-            time: 0.0,
+            start: 0.0,
+            last: 0.0,
             sums: vec![0.0; width],
         }
     }
 
-    /// Forgets all growth so far.
-    pub fn clear(&mut self) {
-        self.time = 0.0;
+    /// Forgets all growth up to time `t` (s).
+    pub fn clear(&mut self, t: f64) {
+        self.start = t;
+        self.last = t;
         self.sums.fill(0.0);
     }
 
-    /// Adds the logarithms of the growth of each vector in a span of time, s.
-    pub fn push(&mut self, span: f64, logarithms: &[f64]) {
-        self.time += span;
+    /// The time up to which growth is known, s.
+    pub fn last(&self) -> f64 {
+        self.last
+    }
+
+    /// Adds the logarithms of the growth of each vector since the last time, up to time `t` (s).
+    pub fn push(&mut self, t: f64, logarithms: &[f64]) {
+        self.last = t;
         for (sum, logarithm) in self.sums.iter_mut().zip(logarithms) {
             *sum += logarithm;
         }
@@ -121,16 +129,17 @@ impl Growth {
 
     /// Eq. (23): `lambda_i = lim 1/t ln |m_i(t)|`, by the growth so far.
     pub fn spectrum(&self, dimension: usize) -> LyapunovSpectrum {
+        let time = self.last - self.start;
         LyapunovSpectrum {
             exponents: self
                 .sums
                 .iter()
                 .map(|sum| Exponent {
-                    value: sum / self.time,
+                    value: sum / time,
                     half_width: f64::INFINITY,
                 })
                 .collect(),
-            time: self.time,
+            time,
             dimension,
             resolution: 0.0,
         }

@@ -7,8 +7,13 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::dynamics::System;
 
 /// Growth, as the natural logarithm of the largest ratio of two vectors' growth, at which the
-/// vectors are made orthonormal anew.
-const TARGET: f64 = 3.0;
+/// vectors are made orthonormal anew: three of sixteen digits are given up at most places.
+const TARGET: f64 = 7.0;
+
+/// Steps after which the vectors are made orthonormal whatever the last growth was. Within a step an
+/// explicit method shrinks nothing by much more than a factor of `e^3`, so that a sudden contraction
+/// leaves some digits even so.
+const MOST_STEPS: u32 = 8;
 
 /// Measures tangent vectors and makes them orthonormal.
 ///
@@ -25,10 +30,10 @@ pub(super) struct Frame {
     first: Vec<f64>,
     /// Logarithm of the growth of each vector since the last frame.
     logarithms: Vec<f64>,
-    /// Time of the last frame, s.
-    last: f64,
-    /// Time from one frame to the next, s; zero: at every step.
-    interval: f64,
+    /// Steps since the last frame.
+    steps: u32,
+    /// Steps from one frame to the next.
+    interval: u32,
 }
 
 impl Frame {
@@ -38,51 +43,55 @@ impl Frame {
         scale.resize(sys.tangent_dim(), 1.0);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let numbers = scale.len() * width;
-        let first = (0..numbers).map(|_| StandardNormal.sample(&mut rng));
-        let first: Vec<f64> = first.collect();
+        let mut first: Vec<f64> = (0..numbers)
+            .map(|_| StandardNormal.sample(&mut rng))
+            .collect();
         let mut frame = Self {
             scale,
             width,
             columns: vec![0.0; numbers],
             first: Vec::new(),
             logarithms: vec![0.0; width],
-            last: f64::NEG_INFINITY,
-            interval: 0.0,
+            steps: 0,
+            interval: 1,
         };
-        let mut start = first;
-        frame.orthonormalise(0.0, &mut start);
-        frame.first = start;
+        frame.orthonormalise(&mut first);
+        frame.first = first;
         frame
     }
 
     /// Writes the orthonormal vectors of the seed.
-    pub fn start(&mut self, t: f64, vectors: &mut [f64]) {
+    pub fn start(&mut self, vectors: &mut [f64]) {
         vectors.copy_from_slice(&self.first);
-        self.last = t;
-        self.interval = 0.0;
+        self.steps = 0;
+        self.interval = 1;
     }
 
-    /// The natural logarithm of each vector's growth in the last span.
+    /// The natural logarithm of each vector's growth up to the last frame, from the one before it;
+    /// minus infinity for a direction that has collapsed.
     pub fn logarithms(&self) -> &[f64] {
         &self.logarithms
     }
 
-    /// Makes the vectors orthonormal if they have grown apart for long enough; returns the time
-    /// since the last frame, s.
-    pub fn orthonormalise_if_due(&mut self, t: f64, vectors: &mut [f64]) -> Option<f64> {
-        if t - self.last < self.interval {
-            return None;
-        }
-        self.orthonormalise(t, vectors)
+    /// Counts a step; whether it is time for a new frame.
+    pub fn is_due(&mut self) -> bool {
+        self.steps += 1;
+        self.steps >= self.interval
     }
 
-    /// Makes the vectors orthonormal; returns the time since the last frame, s, unless it is zero.
-    pub fn orthonormalise(&mut self, t: f64, vectors: &mut [f64]) -> Option<f64> {
+    /// Makes a new frame due at the next step: a jump may have pressed the vectors together.
+    pub fn hasten(&mut self) {
+        self.steps = self.interval;
+    }
+
+    /// Makes the vectors orthonormal by the method of Gram and Schmidt (modified, done twice), and
+    /// chooses the number of steps to the next frame.
+    ///
+    /// A vector of which only rounding errors are left is a direction that has collapsed. Its growth
+    /// is minus infinity, and a fresh vector takes its place.
+    pub fn orthonormalise(&mut self, vectors: &mut [f64]) {
         let (n, width) = (self.scale.len(), self.width);
-        let span = t - self.last;
-        if span <= 0.0 {
-            return None;
-        }
+        let rounding = 16.0 * n as f64 * f64::EPSILON;
         for (c, scale) in self.scale.iter().enumerate() {
             for l in 0..width {
                 self.columns[l * n + c] = scale * vectors[c * width + l];
@@ -91,19 +100,15 @@ impl Frame {
         for l in 0..width {
             let (done, rest) = self.columns.split_at_mut(l * n);
             let column = &mut rest[..n];
-            // Twice is enough: the second pass removes what rounding left of the first.
-            for _ in 0..2 {
-                for other in done.chunks_exact(n) {
-                    let part = dot(other, column);
-                    for (x, y) in column.iter_mut().zip(other) {
-                        *x -= part * y;
-                    }
-                }
-            }
-            let length = dot(column, column).sqrt();
-            self.logarithms[l] = length.ln();
-            for x in column.iter_mut() {
-                *x /= length;
+            let before = length(column);
+            make_orthogonal(column, done);
+            let after = length(column);
+            if after > rounding * before || !after.is_finite() {
+                self.logarithms[l] = after.ln();
+                column.iter_mut().for_each(|x| *x /= after);
+            } else {
+                self.logarithms[l] = f64::NEG_INFINITY;
+                replace(column, done);
             }
         }
         for (c, scale) in self.scale.iter().enumerate() {
@@ -111,15 +116,54 @@ impl Frame {
                 vectors[c * width + l] = self.columns[l * n + c] / scale;
             }
         }
-        self.last = t;
-        if span.is_finite() {
-            let low = self.logarithms.iter().copied().fold(0.0, f64::min);
-            let high = self.logarithms.iter().copied().fold(0.0, f64::max);
-            let wanted = span * (TARGET / (high - low).max(1e-3 * TARGET));
-            self.interval = wanted.clamp(0.5 * self.interval, 2.0 * self.interval.max(span));
-        }
-        Some(span)
+        self.choose_interval();
     }
+
+    /// So many steps that the vectors grow apart by about [`TARGET`], at their last rate.
+    fn choose_interval(&mut self) {
+        let finite = self.logarithms.iter().copied().filter(|x| x.is_finite());
+        let low = finite.clone().fold(0.0, f64::min);
+        let high = finite.fold(0.0, f64::max);
+        let apart = (high - low) / f64::from(self.steps.max(1));
+        let wanted = (TARGET / apart).min(f64::from(MOST_STEPS)) as u32;
+        self.interval = wanted.clamp(1, 2 * self.interval);
+        self.steps = 0;
+    }
+}
+
+/// Takes from `column` its parts along the orthonormal vectors `done`. Twice is enough: the second
+/// pass removes what rounding left of the first.
+fn make_orthogonal(column: &mut [f64], done: &[f64]) {
+    for _ in 0..2 {
+        for other in done.chunks_exact(column.len()) {
+            let part = dot(other, column);
+            for (x, y) in column.iter_mut().zip(other) {
+                *x -= part * y;
+            }
+        }
+    }
+}
+
+/// Puts a unit vector orthogonal to the orthonormal vectors `done` into `column`: what is left of
+/// the axis that they cover least.
+fn replace(column: &mut [f64], done: &[f64]) {
+    let n = column.len();
+    let covered = |axis: usize| -> f64 { done.iter().skip(axis).step_by(n).map(|x| x * x).sum() };
+    let mut least = 0;
+    for axis in 1..n {
+        if covered(axis) < covered(least) {
+            least = axis;
+        }
+    }
+    column.fill(0.0);
+    column[least] = 1.0;
+    make_orthogonal(column, done);
+    let length = length(column);
+    column.iter_mut().for_each(|x| *x /= length);
+}
+
+fn length(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

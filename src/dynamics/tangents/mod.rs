@@ -8,7 +8,7 @@ mod frame;
 mod saltation;
 
 use super::stepper::{Picture, Stepper, accumulate, differentiable};
-use super::{System, lyapunov::Growth};
+use super::{DynamicsError, System, lyapunov::Growth};
 use frame::Frame;
 pub(super) use saltation::Saltation;
 
@@ -28,10 +28,21 @@ pub(super) struct Tangents {
     slopes: Vec<f64>,
     /// The measure of lengths, and the orthonormalisation.
     frame: Frame,
+    /// What becomes of the vectors from step to step.
+    upkeep: Upkeep,
     /// How the vectors have grown.
-    pub growth: Growth,
+    growth: Growth,
     /// The correction at events.
     pub saltation: Saltation,
+}
+
+/// What becomes of tangent vectors from step to step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Upkeep {
+    /// They are made orthonormal where they have grown apart, and their growth is kept.
+    Orthonormal,
+    /// They are left as the flow makes them.
+    None,
 }
 
 impl Tangents {
@@ -45,8 +56,9 @@ impl Tangents {
             stage: vec![0.0; numbers],
             slopes: vec![0.0; stages * numbers],
             frame: Frame::new(sys, width, seed),
+            upkeep: Upkeep::Orthonormal,
             growth: Growth::new(width),
-            saltation: Saltation::new(sys.dim()),
+            saltation: Saltation::new(sys, width),
         };
         tangents.restart(0.0);
         tangents
@@ -54,17 +66,66 @@ impl Tangents {
 
     /// Starts at time `t` (s) with the orthonormal vectors of the seed.
     pub fn restart(&mut self, t: f64) {
-        self.frame.start(t, &mut self.end);
-        self.growth.clear();
+        self.frame.start(&mut self.end);
+        self.start.copy_from_slice(&self.end);
+        self.upkeep = Upkeep::Orthonormal;
+        self.growth.clear(t);
+    }
+
+    /// Goes on with these vectors, and leaves them to the flow.
+    pub fn replace(&mut self, vectors: &[f64]) {
+        self.end.copy_from_slice(vectors);
+        self.start.copy_from_slice(vectors);
+        self.upkeep = Upkeep::None;
     }
 
     /// Lets the next step, from time `t` (s) on, start where the last one ended, with the vectors
     /// made orthonormal where it is due.
-    pub fn follow(&mut self, t: f64) {
-        if let Some(span) = self.frame.orthonormalise_if_due(t, &mut self.end) {
-            self.growth.push(span, self.frame.logarithms());
+    ///
+    /// # Errors
+    /// [`DynamicsError::Tangent`] for a vector that is not finite.
+    pub fn follow(&mut self, t: f64) -> Result<(), DynamicsError> {
+        if self.upkeep == Upkeep::Orthonormal && self.frame.is_due() {
+            self.settle(t)?;
         }
         self.start.copy_from_slice(&self.end);
+        Ok(())
+    }
+
+    /// Makes the vectors orthonormal, and keeps their growth up to time `t` (s).
+    fn settle(&mut self, t: f64) -> Result<(), DynamicsError> {
+        if t <= self.growth.last() {
+            return Ok(());
+        }
+        self.frame.orthonormalise(&mut self.end);
+        let logarithms = self.frame.logarithms();
+        // A collapsed direction is minus infinity, an overflow is not.
+        if let Some(vector) = logarithms
+            .iter()
+            .position(|x| x.is_nan() || *x == f64::INFINITY)
+        {
+            return Err(DynamicsError::Tangent { time: t, vector });
+        }
+        self.growth.push(t, logarithms);
+        Ok(())
+    }
+
+    /// Forgets the growth up to time `t` (s), but not the directions.
+    pub fn forget(&mut self, t: f64) {
+        self.frame.orthonormalise(&mut self.end);
+        self.growth.clear(t);
+    }
+
+    /// The growth up to time `t` (s); `None` where vectors are left to the flow.
+    pub fn growth(&self, t: f64) -> Option<Growth> {
+        (self.upkeep == Upkeep::Orthonormal).then(|| {
+            let mut now = self.clone();
+            // Vectors that are not finite end the next step; up to the last frame all is well.
+            match now.settle(t) {
+                Ok(()) => now.growth,
+                Err(_) => self.growth.clone(),
+            }
+        })
     }
 
     /// Components of a vector: how many exponents there are in all.
@@ -72,9 +133,20 @@ impl Tangents {
         self.end.len() / self.width
     }
 
-    /// Takes the last step back.
-    pub fn rewind(&mut self) {
+    /// Takes the last step back, to its start at time `t` (s).
+    pub fn rewind(&mut self, t: f64) {
         self.end.copy_from_slice(&self.start);
+        if self.growth.last() > t {
+            // The growth was forgotten within the step.
+            self.forget(t);
+        }
+    }
+
+    /// Guards that have fallen are about to be crossed, and the flow may jump: the vectors are made
+    /// orthonormal before the next step.
+    pub fn jump_begins(&mut self, falling: &[usize]) {
+        self.saltation.begin(falling);
+        self.frame.hasten();
     }
 
     /// Eq. (21): `delta z(t) = Phi_t delta z_0`, by the stages that the stepper has just gone

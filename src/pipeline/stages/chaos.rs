@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::choices::Unfolding;
-use super::{Context, Emit, Stage, samples};
+use super::{Context, Emit, Stage, samples, sliding};
 use crate::analysis::{
     DivergenceMethod, DivergenceSearch, SlidingWindow, ZeroOneTest, divergence, zero_one,
 };
@@ -31,10 +31,7 @@ impl ChaosStage {
     /// For samples at `rate` (Hz); `delay` is the scene's choice of delays.
     pub fn new(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> Self {
         Self {
-            sliding: SlidingWindow::new(
-                samples(spec.sliding.window, rate, 1),
-                spec.sliding.every * rate,
-            ),
+            sliding: sliding(&spec.sliding, rate),
             unfolding: Unfolding::new(&spec.embedding, delay, rate),
             theiler: samples(spec.theiler, rate, 1),
             horizon: samples(spec.horizon, rate, 1),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Context, Emit, Stage, samples};
+use super::{Context, Emit, Stage, samples, sliding};
 use crate::analysis::{DelaySearch, SlidingWindow, choose_delay};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
@@ -21,10 +21,7 @@ impl DelayStage {
     /// For samples at `rate` (Hz).
     pub fn new(spec: &DelaySpec, rate: f64) -> Self {
         Self {
-            sliding: SlidingWindow::new(
-                samples(spec.sliding.window, rate, 1),
-                spec.sliding.every * rate,
-            ),
+            sliding: sliding(&spec.sliding, rate),
             search: DelaySearch {
                 largest_lag: samples(spec.largest_lag, rate, 1),
                 bins: spec.bins,

@@ -38,7 +38,11 @@ pub use spectrum::SpectrumStage;
 
 use super::analyse::AnalyseError;
 use super::message::{Frame, Peak, Record, Summary};
-use crate::analysis::{Combination, Line, LineCriterion, Naming, Spectrum, Window, name_lines};
+use crate::analysis::{
+    Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, Naming, SlidingWindow, Spectrum,
+    Window, name_lines, range,
+};
+use crate::scene::SlidingSpec;
 
 /// Where a stage puts its records.
 type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
@@ -89,11 +93,6 @@ impl Context {
         self.clock.time(seen as f64 - 1.0)
     }
 }
-
-/// Standard uncertainty of a line's frequency in bins, for naming. A steady line is known far
-/// better; this covers tones that drift or are modulated within the window: in the scene
-/// `chaos-5deg`, 20 ms at a time, sums of two lines miss a third by up to 0.4 bins.
-const FREQUENCY_UNCERTAINTY: f64 = 0.25;
 
 /// The window of all spectra whose lines are read: its side lobes hide nothing above -92 dB.
 const LINE_WINDOW: Window = Window::BlackmanHarris;
@@ -155,6 +154,11 @@ fn samples(seconds: f64, rate: f64, least: usize) -> usize {
     ((seconds * rate).round() as usize).max(least)
 }
 
+/// The windows that a scene asks for of samples at `rate` (Hz), of one sample at least.
+fn sliding(spec: &SlidingSpec, rate: f64) -> SlidingWindow<1> {
+    SlidingWindow::new(samples(spec.window, rate, 1), spec.every * rate)
+}
+
 /// A spectrum's lines and how they read.
 #[derive(Clone, Debug, PartialEq)]
 struct Reading {
@@ -204,7 +208,6 @@ fn peak_magnitude(x: &[f64]) -> f64 {
 
 /// Half the peak-to-peak value of a slice; 0 if it is empty.
 fn half_range(x: &[f64]) -> f64 {
-    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(x.iter().copied());
     if high > low { 0.5 * (high - low) } else { 0.0 }
 }

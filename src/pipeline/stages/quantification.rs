@@ -3,9 +3,7 @@
 use super::choices::Unfolding;
 use super::thinning::EveryStep;
 use super::{Context, Emit, Stage, samples};
-use crate::analysis::{
-    DelayVectors, RateBase, RecurrenceRule, SlidingWindow, Threshold, find_threshold, quantify,
-};
+use crate::analysis::{DelayVectors, RateBase, RecurrenceRule, SlidingWindow, quantify};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 use crate::scene::{DelaySpec, QuantificationSpec};
@@ -89,13 +87,8 @@ impl Stage for QuantificationStage {
             };
             let vectors = DelayVectors::new(&view.channels[0][from..], lag, embedding.dimension)?;
             // The distance first, because it is told, too.
-            let threshold = match rule.threshold {
-                Threshold::Neighbours(_) => None,
-                _ => find_threshold(&vectors, rule).ok(),
-            };
-            let rule = RecurrenceRule {
-                threshold: threshold.map_or(rule.threshold, Threshold::Distance),
-                ..*rule
+            let Ok(rule) = rule.fixed(&vectors) else {
+                return Ok(());
             };
             let Ok(counts) = quantify(&vectors, &rule) else {
                 return Ok(());
@@ -104,7 +97,7 @@ impl Stage for QuantificationStage {
                 time: context.newest(seen),
                 window: *states as f64 * *dt,
                 dt: *dt,
-                threshold,
+                threshold: rule.threshold.distance(),
                 measures: counts.measures(*least_diagonal, *least_vertical, RateBase::Counted),
                 period: counts.period().map(|states| states * *dt),
             })

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Context, Emit, Stage, samples};
+use super::{Context, Emit, Stage, sliding};
 use crate::analysis::{RegimeSearch, SlidingWindow, classify};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
@@ -18,10 +18,7 @@ impl RegimeStage {
     /// For samples at `rate` (Hz).
     pub fn new(spec: &RegimeSpec, rate: f64) -> Self {
         Self {
-            sliding: SlidingWindow::new(
-                samples(spec.sliding.window, rate, 1),
-                spec.sliding.every * rate,
-            ),
+            sliding: sliding(&spec.sliding, rate),
             search: RegimeSearch {
                 sample_rate: rate,
                 silence: spec.silence,

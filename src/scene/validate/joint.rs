@@ -1,5 +1,6 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
+use super::tilt::tilt;
 use crate::fem::{ELEMENT_LIMIT, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket, Stribeck,
@@ -8,8 +9,21 @@ use crate::scene::error::SceneError;
 use crate::scene::file::Document;
 use crate::scene::keys::{self, Law};
 use crate::scene::kind::Numbers;
+use crate::scene::subject::TiltedJoint;
 
-pub(super) fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
+/// The tables that only a joint has.
+pub(super) const TABLES: [&str; 7] = [
+    "body", "socket", "load", "rotation", "contact", "friction", "damping",
+];
+
+pub(super) fn tilted(document: &Document<'_>) -> Result<TiltedJoint, SceneError> {
+    Ok(TiltedJoint {
+        spec: joint(document)?,
+        tilt: tilt(document)?,
+    })
+}
+
+fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
     let body = body(document)?;
     Ok(JointSpec {
         socket: socket(document, &body.geometry)?,

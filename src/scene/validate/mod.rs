@@ -4,12 +4,15 @@ mod analysis;
 mod exponents;
 mod joint;
 mod record;
+mod small;
+mod start;
 mod tilt;
 
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
-use super::spec::{Integrator, Method, Scene, Start};
+use super::spec::{Integrator, Method, Scene};
+use super::subject::SubjectSpec;
 
 pub(super) use tilt::sliding;
 
@@ -44,25 +47,24 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
-    let joint = joint::joint(document)?;
-    let modes = joint.body.families.count();
+    let subject = match small::small(document)? {
+        Some(small) => SubjectSpec::Small(small),
+        None => SubjectSpec::Joint(joint::tilted(document)?),
+    };
+    let start = start::start(document, &subject)?;
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
         name,
         text: text.to_owned(),
-        joint,
-        tilt: tilt::tilt(document)?,
-        start: Start {
-            kick: document.get(&keys::KICK)?,
-            seed: document.get(&keys::SEED)?,
-        },
+        start,
         duration: document.get(&keys::DURATION)?,
         sample_rate,
         frame_samples: document.get(&keys::FRAME_SAMPLES)?,
         integrator: integrator(document)?,
-        analysis: analysis::analysis(document, sample_rate, modes)?,
-        record: record::record(document, sample_rate)?,
+        analysis: analysis::analysis(document, sample_rate, subject.modes())?,
+        record: record::record(document, sample_rate, &subject)?,
+        subject,
     };
     let motion = [
         keys::ROTATION.path,
@@ -70,7 +72,9 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         keys::TILT.path,
         keys::TILT_KNOTS.path,
     ];
-    sliding(&scene.joint, &scene.tilt, || document.place_of(&motion))?;
+    if let SubjectSpec::Joint(joint) = &scene.subject {
+        sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
+    }
     Ok(scene)
 }
 

@@ -6,16 +6,13 @@ use super::{
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
-    DivergenceMethod, DivergenceSearch, FalseNeighbourSearch, LARGEST_SAMPLE, Line, LineCriterion,
-    Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE,
-    SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, clusters,
-    delay_section, divergence, false_neighbours, find_threshold, name_lines, quantify,
-    section_shape, zero_one,
+    DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch,
+    LARGEST_SAMPLE, Line, LineCriterion, Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule,
+    RegimeSearch, SMALLEST_RANGE, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest,
+    choose_delay, classify, clusters, delay_section, divergence, false_neighbours, name_lines,
+    quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
-
-/// Standard uncertainty of a line's frequency, bins.
-const LINE_UNCERTAINTY: f64 = 0.25;
 
 /// About so many columns make a spectrogram.
 const COLUMNS: usize = 400;
@@ -99,8 +96,9 @@ fn run(
     if samples.iter().all(|x| *x == samples[0]) {
         return Err(End::Failed(AnalysisError::Constant));
     }
+    let [low, high] = range(samples.iter().copied());
     let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
-    if !can_be_squared || extent(samples) < SMALLEST_RANGE {
+    if !can_be_squared || high - low < SMALLEST_RANGE {
         return Err(End::Failed(AnalysisError::Size));
     }
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
@@ -111,7 +109,7 @@ fn run(
     step(0.0, "spectrum")?;
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
         line,
         name: naming.names[i],
@@ -133,7 +131,8 @@ fn run(
     let (section, level) = section(newest, delay.lag)?;
     let points: Vec<[f64; 2]> = section.iter().map(|c| [c.point[0], c.point[2]]).collect();
     let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-    let extent = extent(newest);
+    let [low, high] = range(newest.iter().copied());
+    let extent = high - low;
     let (groups, shape) = (clusters(&points, extent), section_shape(&points, extent));
     step(0.7, "divergence (Rosenstein)")?;
     let rosenstein = parting(newest, &delay, DivergenceMethod::Rosenstein)?;
@@ -273,20 +272,7 @@ impl Plan {
         let taken = thinned(newest, self.stride);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MOST_STATES))..];
         let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
-        let (epsilon, rule) = match self.rule.threshold {
-            Threshold::Neighbours(_) => (None, self.rule),
-            _ => {
-                let epsilon = find_threshold(&vectors, &self.rule)?;
-                let threshold = Threshold::Distance(epsilon);
-                (
-                    Some(epsilon),
-                    RecurrenceRule {
-                        threshold,
-                        ..self.rule
-                    },
-                )
-            }
-        };
+        let rule = self.rule.fixed(&vectors)?;
         let counts = quantify(&vectors, &rule)?;
         let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
         let nearness = match self.rule.threshold {
@@ -297,7 +283,7 @@ impl Plan {
         let seconds = self.stride as f64 / signal.rate;
         Ok(RecurrenceReport {
             rule: self.rule,
-            epsilon,
+            epsilon: rule.threshold.distance(),
             stride: self.stride,
             lag: self.lag,
             measures,
@@ -382,13 +368,6 @@ fn section(samples: &[f64], lag: usize) -> Result<(Vec<Crossing>, f64), Analysis
     let surplus = section.len().saturating_sub(MOST_PASSAGES);
     section.drain(..surplus);
     Ok((section, level))
-}
-
-/// The largest sample less the smallest.
-fn extent(samples: &[f64]) -> f64 {
-    let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    high - low
 }
 
 fn parting(

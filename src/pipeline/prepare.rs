@@ -1,0 +1,107 @@
+//! From a scene to a system, its integrator and the state it starts from.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::PipelineError;
+use crate::dynamics::{Accuracy, Integrator, Method, System};
+use crate::joint::{BallJoint, Joint};
+use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
+
+/// A system ready to start.
+pub struct Prepared {
+    /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
+    /// small system.
+    pub system: Box<dyn System + Send>,
+    /// Its integrator, not started yet. It stops at events where the scene
+    /// says so, and always where the system is a small one.
+    pub integrator: Integrator,
+    /// The state to start from at time 0, length [`System::dim`].
+    pub state: Vec<f64>,
+}
+
+/// The system of a scene, its integrator and its initial state.
+///
+/// # Errors
+/// If the joint cannot be assembled, or the integrator does not fit the system.
+pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
+    let system: Box<dyn System + Send> = match &scene.subject {
+        SubjectSpec::Joint(tilted) => {
+            let model = BallJoint::new(&tilted.spec)?.model(tilted.tilt.at(0.0))?;
+            Box::new(Joint::new(&model))
+        }
+        SubjectSpec::Small(small) => boxed(small),
+    };
+    let integrator = integrator(scene, system.as_ref())?;
+    let mut state = initial_state(scene, system.modes());
+    state.resize(system.dim(), 0.0);
+    Ok(Prepared {
+        system,
+        integrator,
+        state,
+    })
+}
+
+/// A small system as what an integrator takes.
+pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
+    match *small {
+        SmallSystem::ImpactOscillator(system) => Box::new(system),
+        SmallSystem::MassOnBelt(system) => Box::new(system),
+        SmallSystem::DampedContact(system) => Box::new(system),
+    }
+}
+
+/// The integrator of a scene for its system. A small system has jumps, of which nothing but
+/// stopping at them makes sense.
+pub(super) fn integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
+    check_step(&scene.integrator, system.omega())?;
+    let integrator = Integrator::new(method(&scene.integrator), system)?;
+    Ok(match (&scene.subject, scene.integrator.events) {
+        (SubjectSpec::Joint(_), Events::Through) => integrator,
+        (SubjectSpec::Joint(_), Events::Exact) | (SubjectSpec::Small(_), _) => {
+            integrator.with_events(system)?
+        }
+    })
+}
+
+/// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.
+pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
+    let start = &scene.start;
+    let mut rng = ChaCha8Rng::seed_from_u64(start.seed);
+    let mut z = vec![start.position; 2 * modes];
+    for velocity in &mut z[modes..] {
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        *velocity = start.velocity + start.kick * normal;
+    }
+    z
+}
+
+fn method(integrator: &scene::Integrator) -> Method {
+    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
+    // the floor there is nothing to resolve.
+    let accuracy = Accuracy {
+        floor: 1e-12,
+        ..Accuracy::relative(integrator.tolerance)
+    };
+    let max_step = integrator.max_step;
+    match integrator.method {
+        scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
+        scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
+        scene::Method::Rk4 => Method::Rk4 { step: max_step },
+    }
+}
+
+/// A fixed step must keep the fastest free vibration stable: `omega h < 2 sqrt(2)` for the classical
+/// Runge-Kutta method.
+fn check_step(integrator: &scene::Integrator, omega: &[f64]) -> Result<(), PipelineError> {
+    let fastest = omega.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let limit = 8.0_f64.sqrt() / fastest;
+    if integrator.method == scene::Method::Rk4 && integrator.max_step > limit {
+        return Err(PipelineError::Step {
+            step_us: 1e6 * integrator.max_step,
+            limit_us: 1e6 * limit,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,353 @@
+//! Lyapunov exponents of a motion, with their errors: how long to average, and what it came to.
+
+mod scene;
+mod trace;
+
+#[cfg(test)]
+mod tests;
+
+use std::time::Instant;
+
+use crate::dynamics::{
+    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, System, Tally,
+};
+
+pub use scene::{
+    LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, SETTLE_PERIODS, SceneLyapunov,
+    scene_lyapunov,
+};
+use trace::MeanTrace;
+
+/// How many exponents are followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Count {
+    /// All that there are.
+    All,
+    /// The largest ones, 1 or more.
+    Largest(usize),
+}
+
+impl Count {
+    /// The number of tangent vectors for a system.
+    pub fn width<Y: System + ?Sized>(self, sys: &Y) -> usize {
+        match self {
+            Self::All => sys.tangent_dim(),
+            Self::Largest(count) => count,
+        }
+    }
+}
+
+/// When enough has been averaged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// After so much time, s.
+    Time(f64),
+    /// Once each exponent is known to so much on either side, 1/s; an exponent that is minus
+    /// infinity is known.
+    HalfWidth(f64),
+    /// Once it can be told what the motion comes to.
+    Verdict,
+}
+
+/// How to average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LyapunovPlan {
+    /// Time in which the tangent vectors turn to their own directions before growth counts, s.
+    pub settle: f64,
+    /// When to end.
+    pub goal: Goal,
+    /// The least time averaged before a goal other than time counts as reached, s: in a short time
+    /// every exponent is near enough to zero.
+    pub least: f64,
+    /// The longest time averaged, s, whether the goal is reached or not.
+    pub most: f64,
+    /// Time between looks at the state, s, by which the mean trace is sampled.
+    pub look: f64,
+}
+
+/// How averaging ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The goal was reached.
+    Reached,
+    /// The longest time was over before that.
+    OutOfTime,
+    /// The caller stopped it.
+    Stopped,
+}
+
+/// The exponents as known after some time of averaging.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunningExponents {
+    /// Time averaged so far, s.
+    pub time: f64,
+    /// The exponents so far.
+    pub exponents: Vec<Exponent>,
+}
+
+/// What averaging came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LyapunovStudy {
+    /// The exponents; none where it was stopped before any growth was averaged.
+    pub spectrum: LyapunovSpectrum,
+    /// The exponents along the way, at times that grow by a few per cent.
+    pub running: Vec<RunningExponents>,
+    /// Mean of the trace of `dF/dz` along the motion, 1/s, to which all exponents add up; `None`
+    /// where not all are followed or where events make the state or the law jump.
+    pub mean_trace: Option<f64>,
+    /// How it ended.
+    pub ending: Ending,
+    /// Work done, settling included.
+    pub tally: Tally,
+    /// Time followed, settling included, s.
+    pub followed: f64,
+    /// Time that took, s.
+    pub busy_seconds: f64,
+}
+
+impl LyapunovStudy {
+    /// What a study came to that was stopped before it began.
+    fn stopped() -> Self {
+        Self {
+            spectrum: LyapunovSpectrum::default(),
+            running: Vec::new(),
+            mean_trace: None,
+            ending: Ending::Stopped,
+            tally: Tally::default(),
+            followed: 0.0,
+            busy_seconds: 0.0,
+        }
+    }
+
+    /// The sum of all exponents, 1/s; `None` where not all are followed.
+    pub fn sum(&self) -> Option<f64> {
+        let exponents = &self.spectrum.exponents;
+        let all = !exponents.is_empty() && exponents.len() == self.spectrum.dimension;
+        all.then(|| exponents.iter().map(|exponent| exponent.value).sum())
+    }
+}
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The motion runs by itself, until its transient is over.
+    Transient,
+    /// The tangent vectors turn to their own directions.
+    Settling,
+    /// Their growth is averaged.
+    Averaging,
+}
+
+/// How far it is, for a caller who waits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LyapunovProgress {
+    /// What is being done.
+    pub phase: Phase,
+    /// Share of the work done, 0 to 1, by what is known now.
+    pub share: f64,
+    /// The largest exponent so far; `None` before any growth was averaged.
+    pub largest: Option<Exponent>,
+}
+
+/// Is told how far it is, and answers whether to go on.
+pub type Watch<'a> = &'a mut dyn FnMut(LyapunovProgress) -> bool;
+
+/// Times at which the running values are kept grow by this factor.
+const SPACING: f64 = 1.03;
+/// The first of them, in looks.
+const FIRST: f64 = 16.0;
+/// The caller is asked every so many looks.
+const HEED: u64 = 64;
+
+/// Follows the tangent vectors of an integrator that has been started
+/// ([`Integrator::with_tangents`]), lets them settle, and averages their growth until the goal is
+/// reached. `watch` is told how far it is every now and then and answers whether to go on.
+///
+/// # Errors
+/// [`DynamicsError::Lacks`] for an integrator without tangent vectors; else when the integration
+/// cannot go on.
+pub fn lyapunov<Y: System + ?Sized>(
+    sys: &Y,
+    integrator: &mut Integrator,
+    plan: &LyapunovPlan,
+    watch: Watch<'_>,
+) -> Result<LyapunovStudy, DynamicsError> {
+    let began = Instant::now();
+    let width = integrator.exponents().map_or(0, |s| s.exponents.len());
+    if width == 0 {
+        return Err(DynamicsError::Lacks {
+            what: "tangent vectors",
+            wish: "exponents",
+        });
+    }
+    let (start, before) = (integrator.time(), integrator.tally());
+    let longest = match plan.goal {
+        Goal::Time(time) => time,
+        Goal::HalfWidth(_) | Goal::Verdict => plan.most,
+    };
+    let mut walk = Walk {
+        sys,
+        integrator,
+        start,
+        look: plan.look,
+        looks: 0,
+        z: vec![0.0; sys.dim()],
+    };
+    let mut running = Vec::new();
+    let mut trace = MeanTrace::new(sys, width);
+    let mut needed = plan.expected();
+
+    let settling = (plan.settle / plan.look).ceil() as u64;
+    let (mut ending, mut largest) = (None, None);
+    for look in 0..settling {
+        walk.on()?;
+        let share = (look + 1) as f64 * plan.look / (plan.settle + needed);
+        let phase = Phase::Settling;
+        let progress = LyapunovProgress {
+            phase,
+            share,
+            largest,
+        };
+        if look % HEED == 0 && !watch(progress) {
+            ending = Some(Ending::Stopped);
+            break;
+        }
+    }
+    walk.integrator.forget_growth();
+
+    let last = (longest / plan.look).round().max(1.0) as u64;
+    let (mut look, mut kept) = (0, FIRST);
+    let ending = loop {
+        if let Some(ending) = ending {
+            break ending;
+        }
+        walk.on()?;
+        look += 1;
+        if let Some(trace) = &mut trace {
+            trace.add(sys, walk.integrator.status(), walk.time(), &walk.z);
+        }
+        let time = look as f64 * plan.look;
+        if look as f64 >= kept || look == last {
+            kept *= SPACING;
+            if let Some(spectrum) = walk.integrator.exponents().filter(|s| s.time > 0.0) {
+                largest = spectrum.exponents.first().copied();
+                running.push(RunningExponents {
+                    time: spectrum.time,
+                    exponents: spectrum.exponents.clone(),
+                });
+                if plan.reached(&spectrum, time) {
+                    ending = Some(Ending::Reached);
+                }
+                needed = plan.needed(&spectrum, time, longest);
+            }
+        }
+        if look == last && ending.is_none() {
+            ending = Some(match plan.goal {
+                Goal::Time(_) => Ending::Reached,
+                Goal::HalfWidth(_) | Goal::Verdict => Ending::OutOfTime,
+            });
+        }
+        let share = (plan.settle + time) / (plan.settle + needed.max(time));
+        let phase = Phase::Averaging;
+        let heeded = look % HEED == 0 || ending.is_some();
+        let goes_on = !heeded
+            || watch(LyapunovProgress {
+                phase,
+                share,
+                largest,
+            });
+        if !goes_on && ending.is_none() {
+            ending = Some(Ending::Stopped);
+        }
+    };
+
+    let followed = walk.time() - start;
+    let mut spectrum = integrator.exponents().unwrap_or_default();
+    if spectrum.time == 0.0 {
+        spectrum.exponents.clear();
+    }
+    Ok(LyapunovStudy {
+        spectrum,
+        running,
+        mean_trace: trace.and_then(|trace| trace.mean()),
+        ending,
+        tally: since(integrator.tally(), before),
+        followed,
+        busy_seconds: began.elapsed().as_secs_f64(),
+    })
+}
+
+impl LyapunovPlan {
+    /// The time that averaging will take if nothing is known yet, s.
+    fn expected(&self) -> f64 {
+        match self.goal {
+            Goal::Time(time) => time,
+            Goal::HalfWidth(_) | Goal::Verdict => self.least.min(self.most),
+        }
+    }
+
+    /// Whether the goal is reached after a time of averaging, s.
+    fn reached(&self, spectrum: &LyapunovSpectrum, time: f64) -> bool {
+        match self.goal {
+            // That one is counted in looks.
+            Goal::Time(_) => false,
+            Goal::HalfWidth(wanted) => time >= self.least && widest(spectrum) <= wanted,
+            Goal::Verdict => time >= self.least && spectrum.attractor() != Attractor::Undecided,
+        }
+    }
+
+    /// The time that the goal will probably need in all, s: half widths shrink with its square root.
+    fn needed(&self, spectrum: &LyapunovSpectrum, time: f64, longest: f64) -> f64 {
+        let guess = match self.goal {
+            Goal::Time(all) => all,
+            Goal::HalfWidth(wanted) => time * (widest(spectrum) / wanted).powi(2),
+            Goal::Verdict if time < self.least => self.least,
+            Goal::Verdict => 1.2 * time,
+        };
+        guess.max(self.least).min(longest)
+    }
+}
+
+/// The largest half width of exponents that are numbers, 1/s.
+fn widest(spectrum: &LyapunovSpectrum) -> f64 {
+    let finite = spectrum.exponents.iter().filter(|e| e.value.is_finite());
+    finite.fold(0.0, |most, e| most.max(e.half_width))
+}
+
+/// The system on its way.
+struct Walk<'a, Y: System + ?Sized> {
+    sys: &'a Y,
+    integrator: &'a mut Integrator,
+    start: f64,
+    look: f64,
+    looks: u64,
+    /// State at the last look.
+    z: Vec<f64>,
+}
+
+impl<Y: System + ?Sized> Walk<'_, Y> {
+    /// On to the next look.
+    fn on(&mut self) -> Result<(), DynamicsError> {
+        self.looks += 1;
+        let time = self.time();
+        self.integrator.sample(self.sys, time, &mut self.z)
+    }
+
+    /// Time of the last look, s.
+    fn time(&self) -> f64 {
+        self.start + self.looks as f64 * self.look
+    }
+}
+
+/// The work done between two readings of the counters.
+fn since(now: Tally, before: Tally) -> Tally {
+    Tally {
+        steps: now.steps - before.steps,
+        rejections: now.rejections - before.rejections,
+        calls: now.calls - before.calls,
+        crossings: now.crossings - before.crossings,
+        events: now.events - before.events,
+        grazings: now.grazings - before.grazings,
+        overrun: now.overrun - before.overrun,
+    }
+}

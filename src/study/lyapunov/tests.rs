@@ -1,0 +1,172 @@
+//! Exponents of small systems: goals, stops, the sum that must be the mean trace.
+
+use super::*;
+use crate::dynamics::{Accuracy, Differentiable, Method};
+
+/// `x' = 10 (y - x)`, `y' = x (28 - z) - y`, `z' = x y - 8/3 z`: Lorenz (1963), whose exponents are
+/// 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).
+struct Lorenz;
+
+impl System for Lorenz {
+    fn omega(&self) -> &[f64] {
+        &[]
+    }
+    fn first_order(&self) -> usize {
+        3
+    }
+    fn force(&self, _t: f64, s: &[f64], out: &mut [f64]) {
+        out[0] = 10.0 * (s[1] - s[0]);
+        out[1] = s[0] * (28.0 - s[2]) - s[1];
+        out[2] = s[0] * s[1] - 8.0 / 3.0 * s[2];
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Lorenz {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        v: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let s = &record[1..];
+        for l in 0..width {
+            let [x, y, z] = [0, 1, 2].map(|c| v[c * width + l]);
+            out[l] = 10.0 * (y - x);
+            out[width + l] = (28.0 - s[2]) * x - y - s[0] * z;
+            out[2 * width + l] = s[1] * x + s[0] * y - 8.0 / 3.0 * z;
+        }
+    }
+}
+
+/// `q'' + 0.02 q' + q = (1 - q^2) q'`: self-excited, with a trace that changes along the cycle.
+struct VanDerPol;
+
+impl System for VanDerPol {
+    fn omega(&self) -> &[f64] {
+        &[1.0]
+    }
+    fn damping(&self) -> &[f64] {
+        &[0.01]
+    }
+    fn force(&self, _t: f64, s: &[f64], out: &mut [f64]) {
+        out[0] = (1.0 - s[0] * s[0]) * s[1];
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for VanDerPol {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        v: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let s = &record[1..];
+        for l in 0..width {
+            out[l] = -2.0 * s[0] * s[1] * v[l] + (1.0 - s[0] * s[0]) * v[width + l];
+        }
+    }
+}
+
+fn plan(goal: Goal) -> LyapunovPlan {
+    LyapunovPlan {
+        settle: 20.0,
+        goal,
+        least: 50.0,
+        most: 4000.0,
+        look: 0.02,
+    }
+}
+
+fn study<Y: System>(sys: &Y, width: usize, plan: &LyapunovPlan, watch: Watch<'_>) -> LyapunovStudy {
+    let method = Method::Lawson54 {
+        accuracy: Accuracy::relative(1e-8),
+        max_step: 0.1,
+    };
+    let mut integrator = Integrator::new(method, sys)
+        .unwrap()
+        .with_tangents(sys, width, 1)
+        .unwrap();
+    let start = vec![1.0; sys.dim()];
+    integrator.start(sys, 0.0, &start).unwrap();
+    lyapunov(sys, &mut integrator, plan, watch).unwrap()
+}
+
+#[test]
+fn time_is_kept() {
+    let found = study(&Lorenz, 2, &plan(Goal::Time(100.0)), &mut |_| true);
+    assert_eq!(found.ending, Ending::Reached);
+    assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
+    assert!((found.followed - 120.0).abs() < 1e-9);
+    let [largest, zero] = [0, 1].map(|k| found.spectrum.exponents[k].value);
+    assert!((largest - 0.9056).abs() < 0.1 && zero.abs() < 0.1);
+    let times: Vec<f64> = found.running.iter().map(|r| r.time).collect();
+    assert!(times.len() > 50 && times.is_sorted());
+    // Two of three: there is neither a sum nor a trace to compare with.
+    assert_eq!((found.sum(), found.mean_trace), (None, None));
+}
+
+#[test]
+fn all_exponents_add_up_to_the_mean_trace() {
+    let found = study(&Lorenz, 3, &plan(Goal::Time(100.0)), &mut |_| true);
+    let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
+    assert!((trace + 41.0 / 3.0).abs() < 1e-9, "{trace}");
+    assert!((sum - trace).abs() < 1e-5, "{sum} {trace}");
+
+    let long = plan(Goal::Time(1000.0));
+    let found = study(&VanDerPol, 2, &long, &mut |_| true);
+    let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
+    // The two averages end up to one interval of orthonormalisation apart.
+    assert!(
+        trace < -0.5 && (sum / trace - 1.0).abs() < 0.01,
+        "{sum} {trace}"
+    );
+}
+
+#[test]
+fn the_same_twice() {
+    let [one, two] = [0, 1].map(|_| {
+        let found = study(&Lorenz, 3, &plan(Goal::Time(40.0)), &mut |_| true);
+        LyapunovStudy {
+            busy_seconds: 0.0,
+            ..found
+        }
+    });
+    assert_eq!(one, two);
+}
+
+#[test]
+fn a_stop_is_heeded_and_what_was_reached_is_kept() {
+    let mut asked = 0;
+    let found = study(&Lorenz, 1, &plan(Goal::Time(1e6)), &mut |progress| {
+        assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
+        asked += 1;
+        asked < 60
+    });
+    assert_eq!(found.ending, Ending::Stopped);
+    assert_eq!(found.spectrum.exponents.len(), 1);
+    assert!(found.spectrum.time > 30.0 && found.spectrum.time < 80.0);
+
+    let found = study(&Lorenz, 1, &plan(Goal::Time(1e6)), &mut |_| false);
+    assert_eq!(found.ending, Ending::Stopped);
+    assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
+}
+
+#[test]
+fn an_integrator_without_vectors_has_no_exponents() {
+    let method = Method::Rk4 { step: 0.01 };
+    let mut integrator = Integrator::new(method, &Lorenz).unwrap();
+    let found = lyapunov(&Lorenz, &mut integrator, &plan(Goal::Verdict), &mut |_| {
+        true
+    });
+    assert!(matches!(found, Err(DynamicsError::Lacks { .. })));
+}

@@ -1,0 +1,208 @@
+//! Stick-slip of a mass on a belt.
+
+use std::slice::from_ref;
+
+use crate::dynamics::{Differentiable, Switching, System};
+
+/// A mass on a spring that a belt drags along, with dry friction: the textbook stick-slip.
+///
+/// ```text
+/// x'' + 2 zeta omega x' + omega^2 x = -n mu_d sign(x' - belt)     while it slides
+/// x' = belt                                                       while it sticks
+/// ```
+///
+/// It sticks as long as the force that this takes, `hold = omega^2 x + 2 zeta omega belt`, is at
+/// most `mu_s n`, and starts to stick where it comes to the belt's speed with no more than that.
+/// Three statuses therefore: it slides *back* (slower than the belt), *sticks*, or slides *ahead*.
+/// While it sticks, its velocity is that of the belt to the last bit.
+///
+/// Undamped and with `mu_s > mu_d`, it comes to a cycle: with `D = (mu_s - mu_d) n / omega^2`, it
+/// slips for `2 (pi - atan(D omega / belt)) / omega` and sticks for `2 D / belt`.
+///
+/// Where steps do not stop at events, it sticks only at states where its velocity is exactly that of
+/// the belt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassOnBelt {
+    /// Natural circular frequency, rad/s, 0 or more.
+    pub omega: f64,
+    /// Damping ratio, below 1.
+    pub damping: f64,
+    /// Normal force by the mass, N/kg, 0 or more.
+    pub load: f64,
+    /// Static coefficient of friction: holds while sticking; at least `mu_d`.
+    pub mu_s: f64,
+    /// Kinetic coefficient of friction: holds while sliding, at any speed; 0 or more.
+    pub mu_d: f64,
+    /// Speed of the belt, m/s.
+    pub belt: f64,
+}
+
+impl MassOnBelt {
+    /// Status: slower than the belt.
+    pub const BACK: u8 = 0;
+    /// Status: as fast as the belt.
+    pub const STICKS: u8 = 1;
+    /// Status: faster than the belt.
+    pub const AHEAD: u8 = 2;
+
+    /// The guard by which the mass comes to slide back, or ceases to slide ahead.
+    const BACKWARD: usize = 0;
+    /// The guard by which the mass comes to slide ahead, or ceases to slide back.
+    const FORWARD: usize = 1;
+
+    /// The force by the mass that cancels the linear part, N/kg: what sticking takes.
+    fn hold(&self, x: f64, v: f64) -> f64 {
+        self.omega * self.omega * x + 2.0 * self.damping * self.omega * v
+    }
+
+    /// The force by the mass up to which it sticks, N/kg.
+    fn grip(&self) -> f64 {
+        self.mu_s * self.load
+    }
+
+    /// The status at the speed of the belt.
+    fn status_at_rest(&self, x: f64) -> u8 {
+        let hold = self.hold(x, self.belt);
+        if hold.abs() <= self.grip() {
+            Self::STICKS
+        } else if hold > 0.0 {
+            Self::BACK
+        } else {
+            Self::AHEAD
+        }
+    }
+
+    /// The status in a state.
+    fn status(&self, z: &[f64]) -> u8 {
+        if z[1] < self.belt {
+            Self::BACK
+        } else if z[1] > self.belt {
+            Self::AHEAD
+        } else {
+            self.status_at_rest(z[0])
+        }
+    }
+}
+
+impl System for MassOnBelt {
+    fn omega(&self) -> &[f64] {
+        from_ref(&self.omega)
+    }
+
+    fn damping(&self) -> &[f64] {
+        from_ref(&self.damping)
+    }
+
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        self.force_in(&[self.status(z)], t, z, out);
+    }
+
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Switching for MassOnBelt {
+    fn status_len(&self) -> usize {
+        1
+    }
+
+    fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
+        status[0] = self.status(z);
+    }
+
+    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
+        out[0] = match status[0] {
+            Self::BACK => self.mu_d * self.load,
+            Self::AHEAD => -self.mu_d * self.load,
+            _ => self.hold(z[0], z[1]),
+        };
+    }
+
+    fn guards(&self) -> usize {
+        2
+    }
+
+    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
+        // A guard that a status does not need never falls.
+        values.fill(1.0);
+        match status[0] {
+            Self::BACK => values[Self::FORWARD] = self.belt - z[1],
+            Self::AHEAD => values[Self::BACKWARD] = z[1] - self.belt,
+            _ => {
+                let hold = self.hold(z[0], self.belt);
+                values[Self::BACKWARD] = self.grip() - hold;
+                values[Self::FORWARD] = self.grip() + hold;
+            }
+        }
+    }
+
+    fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
+        z[1] = self.belt;
+        status[0] = match (status[0], guard) {
+            (Self::STICKS, Self::BACKWARD) => Self::BACK,
+            (Self::STICKS, _) => Self::AHEAD,
+            _ => self.status_at_rest(z[0]),
+        };
+    }
+
+    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
+        if status[0] == Self::STICKS {
+            z[1] = self.belt;
+        }
+    }
+
+    fn guard_gradient(
+        &self,
+        status: &[u8],
+        guard: usize,
+        _t: f64,
+        _z: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let sign = if guard == Self::FORWARD { 1.0 } else { -1.0 };
+        let of_hold = self.omega * self.omega;
+        gradient.copy_from_slice(&match status[0] {
+            Self::BACK => [0.0, -1.0],
+            Self::AHEAD => [0.0, 1.0],
+            _ => [sign * of_hold, 0.0],
+        });
+        0.0
+    }
+
+    fn reset_tangents(
+        &self,
+        _status: &[u8],
+        _guard: usize,
+        _t: f64,
+        _z: &[f64],
+        vectors: &mut [f64],
+        width: usize,
+    ) {
+        vectors[width..].fill(0.0);
+    }
+}
+
+impl Differentiable for MassOnBelt {
+    fn product(
+        &self,
+        status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let status = status.map_or_else(|| self.status(&record[1..]), |status| status[0]);
+        if status != Self::STICKS {
+            return out.fill(0.0);
+        }
+        let (x, v) = vectors.split_at(width);
+        for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
+            *out = self.hold(*x, *v);
+        }
+    }
+}
