@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use squeakscope::dynamics::System;
+use squeakscope::dynamics::{Differentiable, System};
 use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
 use squeakscope::scene::Scene;
 
@@ -185,9 +185,9 @@ fn others(c: &mut Criterion) {
     let joint = Joint::new(&model(USUAL));
     let z = state(&joint);
     let m = joint.modes();
-    let mut jacobian = vec![0.0; 4 * m * m];
+    let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; 4 * m * m]);
     c.bench_function("jacobian/100", |b| {
-        b.iter(|| joint.jacobian(black_box(&z), black_box(&mut jacobian)));
+        b.iter(|| joint.jacobian(black_box(&z), &mut record, black_box(&mut jacobian)));
     });
     let mut open = vec![0; USUAL.div_ceil(8)];
     c.bench_function("open_nodes/100", |b| {

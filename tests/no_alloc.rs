@@ -9,7 +9,7 @@ use std::alloc::{GlobalAlloc, Layout, System as SystemAllocator};
 use std::cell::Cell;
 use std::sync::Arc;
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
 use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio};
 use squeakscope::scene::Scene;
 
@@ -195,13 +195,13 @@ fn a_pass_over_the_contact_nodes_allocates_nothing() {
             z[i] = z[m + i] / joint.omega()[i];
         }
         let mut out = vec![0.0; joint.dim()];
-        let mut jacobian = vec![0.0; 4 * m * m];
+        let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; 4 * m * m]);
         let mut gaps = vec![0.0; joint.contact_nodes()];
         let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
         let mut probe = 0.0;
         let count = requests(|| {
             joint.rhs(0.0, &z, &mut out);
-            joint.jacobian(&z, &mut jacobian);
+            joint.jacobian(&z, &mut record, &mut jacobian);
             joint.gaps(&z[..m], &mut gaps);
             joint.open_nodes(&z[..m], &mut open);
             for k in 0..joint.contact_nodes() {

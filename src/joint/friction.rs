@@ -35,6 +35,14 @@ pub trait FrictionLaw: Debug + Send + Sync {
         }
     }
 
+    /// As [`FrictionLaw::ratios`], and the slopes of the ratios into `slopes`.
+    fn ratios_and_slopes(&self, speeds: &mut [f64], slopes: &mut [f64]) {
+        for (slope, speed) in slopes.iter_mut().zip(speeds.iter()) {
+            *slope = self.ratio(*speed).slope;
+        }
+        self.ratios(speeds);
+    }
+
     /// Slip speed below which a node counts as sticking (it creeps), m/s.
     fn stick_speed(&self) -> f64;
 }
@@ -85,6 +93,25 @@ impl Stribeck {
         let slide = (speed * number(self.stribeck)).neg_exp();
         let sliding = slide.mul_add(number(self.mu_s - self.mu_d), number(self.mu_d));
         creep * sliding / speed
+    }
+
+    /// [`Stribeck::ratio_vector`], to the same bits, and `V` times the ratio's slope, which is
+    /// `dmu/dV - mu/V`. From the same exponentials; what cancels near rest is small beside the ratio
+    /// itself, to which it is added in the force's derivative.
+    #[inline(always)]
+    pub(crate) fn ratio_and_slope_vector<S: Simd>(
+        &self,
+        simd: S,
+        speed: Vector<S>,
+    ) -> (Vector<S>, Vector<S>) {
+        let number = |x: f64| Vector::splat(simd, x);
+        let (creep_left, creep) = (speed * number(self.creep)).neg_exp_and_rest();
+        let slide = (speed * number(self.stribeck)).neg_exp();
+        let sliding = slide.mul_add(number(self.mu_s - self.mu_d), number(self.mu_d));
+        let ratio = creep * sliding / speed;
+        let sliding_fall = slide * number(self.stribeck * (self.mu_s - self.mu_d));
+        let slope = (creep_left * number(self.creep)).mul_add(sliding, -(creep * sliding_fall));
+        (ratio, slope - ratio)
     }
 }
 

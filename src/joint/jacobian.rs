@@ -1,90 +1,380 @@
-//! The analytic Jacobian of the right-hand side: for stability, stiff steps and the tangent flow.
+//! The Jacobian of the force, from what the hot loop has recorded: applied node by node, or
+//! assembled and then multiplied.
+//!
+//! With the symbols of [`NodeSlopes`], mode `i` feels the nodes' changes of force by
+//!
+//! ```text
+//! df_i/dq_j = -sum over nodes of A k (mu w_i + Phi_i.e_r) (Phi_j.e_r),      w_i = Phi_i . h
+//! df_i/dv_j = -sum over nodes of N g Phi_i . Phi_j + N (dmu/dV - mu/V) w_i w_j
+//! ```
+//!
+//! The second is symmetric. The components of `Phi` are those that friction acts on.
+
+use pulp::{Simd, WithSimd};
 
 use super::Joint;
-use super::lanes::LANES;
-use crate::dynamics::System;
+use super::lanes::{LANES, Vector, parts};
+use super::nodes::{Nodes, Rows};
+use super::record::NodeSlopes;
+use super::traction::{MOST_MODES, PAPER_MODES};
+use crate::dynamics::{Differentiable, System};
 
 impl Joint {
     /// `dF/dz` of the state `[q | dq/dt]` (without the audit's work) at `z`, row-major
     /// `2m x 2m`, into `jacobian`. Units follow the state: `[[s^-1 ...]]` mixed, as usual.
+    /// `record` is scratch, of [`Differentiable::record_len`] numbers.
     ///
     /// At a node that is just closing or opening the derivative jumps; the value on the open side
     /// is taken where the gap is exactly zero.
-    pub fn jacobian(&self, z: &[f64], jacobian: &mut [f64]) {
-        let m = self.omega().len();
+    pub fn jacobian(&self, z: &[f64], record: &mut [f64], jacobian: &mut [f64]) {
+        let m = self.modes();
         let dim = 2 * m;
-        let (q, v) = (&z[..m], &z[m..dim]);
-        jacobian[..dim * dim].fill(0.0);
+        // The force itself is not wanted: it passes where the Jacobian comes to stand.
+        self.force_recorded(None, 0.0, z, &mut jacobian[..dim], record);
+        let matrix = self.assembled(record);
+        let (upper, lower) = jacobian[..dim * dim].split_at_mut(m * dim);
+        upper.fill(0.0);
+        lower.copy_from_slice(matrix);
         for i in 0..m {
-            jacobian[i * dim + m + i] = 1.0;
+            upper[i * dim + m + i] = 1.0;
             let omega = self.omega()[i];
-            jacobian[(m + i) * dim + i] = -omega * omega;
+            lower[i * dim + i] -= omega * omega;
             if let Some(zeta) = self.damping().get(i) {
-                jacobian[(m + i) * dim + m + i] = -2.0 * zeta * omega;
+                lower[i * dim + m + i] -= 2.0 * zeta * omega;
             }
         }
-        for k in 0..self.nodes.count {
-            let slopes = self.node_slopes(k, q, v);
-            let (block, lane) = (k / LANES, k % LANES);
-            let rows = &self.nodes.rows[block * m..][..m];
-            let row = |i: usize| [rows[i].s.0[lane], rows[i].t.0[lane], rows[i].r.0[lane]];
-            for j in 0..m {
-                let shape = row(j);
-                // How the node's force changes with q_j and with dq_j/dt.
-                let by_q = slopes.by_gap.map(|slope| slope * shape[2]);
-                let mut by_v = [0.0; 3];
-                for (axis, change) in by_v.iter_mut().enumerate() {
-                    *change = (0..3)
-                        .map(|other| slopes.by_slip[axis][other] * shape[other])
-                        .sum();
-                }
-                for i in 0..m {
-                    let shape = row(i);
-                    let line = &mut jacobian[(m + i) * dim..][..dim];
-                    line[j] += super::vector::dot(shape, by_q);
-                    line[m + j] += super::vector::dot(shape, by_v);
-                }
-            }
-        }
-    }
-
-    /// How the force on node `k`, in its own frame, changes.
-    fn node_slopes(&self, k: usize, q: &[f64], v: &[f64]) -> NodeSlopes {
-        let action = self.node_action(k, q, v);
-        let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
-        let mut slopes = NodeSlopes {
-            by_gap: [0.0; 3],
-            by_slip: [[0.0; 3]; 3],
-        };
-        if self.unilateral && action.gap <= 0.0 {
-            return slopes;
-        }
-        let stiffness = block.area.0[lane] * block.stiffness.0[lane];
-        slopes.by_gap[2] = -stiffness;
-        let Some(law) = self.law.law() else {
-            return slopes;
-        };
-        let ratio = law.ratio(action.speed);
-        let axes = if self.law.radial() { 3 } else { 2 };
-        for axis in 0..axes {
-            slopes.by_gap[axis] -= stiffness * ratio.value * action.slip[axis];
-            slopes.by_slip[axis][axis] -= action.normal * ratio.value;
-            if action.speed > 0.0 {
-                for other in 0..axes {
-                    slopes.by_slip[axis][other] -=
-                        action.normal * ratio.slope * action.slip[axis] * action.slip[other]
-                            / action.speed;
-                }
-            }
-        }
-        slopes
     }
 }
 
-/// Derivatives of the force on a node in its frame `(e_s, e_t, e_r)`.
-struct NodeSlopes {
-    /// By the radial displacement, N/m.
-    by_gap: [f64; 3],
-    /// By the slip velocity, N s/m.
-    by_slip: [[f64; 3]; 3],
+/// The derivative applied to tangent vectors node by node.
+/// `RADIAL`: whether friction acts on the radial component.
+pub(crate) struct Swept<'a, const RADIAL: bool> {
+    pub nodes: &'a Nodes,
+    pub kept: &'a [[f64; LANES]],
+    /// `2m x width`.
+    pub vectors: &'a [f64],
+    pub width: usize,
+    /// Gets the change of the force, `m x width`.
+    pub out: &'a mut [f64],
+}
+
+impl<const RADIAL: bool> WithSimd for Swept<'_, RADIAL> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let zero = Vector::splat(simd, 0.0);
+        let mut first = 0;
+        // Two vectors at a time share each row that is read, and their sums stay in registers.
+        while first + 2 <= self.width {
+            match self.nodes.modes {
+                PAPER_MODES => self.sweep::<S, 2>(simd, first, &mut [[zero; 2]; PAPER_MODES]),
+                m => self.sweep::<S, 2>(simd, first, &mut [[zero; 2]; MOST_MODES][..m]),
+            }
+            first += 2;
+        }
+        if first < self.width {
+            match self.nodes.modes {
+                PAPER_MODES => self.sweep::<S, 1>(simd, first, &mut [[zero; 1]; PAPER_MODES]),
+                m => self.sweep::<S, 1>(simd, first, &mut [[zero; 1]; MOST_MODES][..m]),
+            }
+        }
+    }
+}
+
+impl<const RADIAL: bool> Swept<'_, RADIAL> {
+    /// One pass over the nodes with `K` vectors from `first` on.
+    #[inline(always)]
+    fn sweep<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        first: usize,
+        sums: &mut [[Vector<S>; K]],
+    ) {
+        let (modes, width) = (sums.len(), self.width);
+        let zero = Vector::splat(simd, 0.0);
+        let (dq, dv) = self.vectors.split_at(modes * width);
+        for (block, (_, rows)) in self.nodes.iter().enumerate() {
+            let rows = &rows[..modes];
+            for part in 0..parts::<S>() {
+                // The changes of the displacement and of the slip velocity at the nodes.
+                let mut u_r = [zero; K];
+                let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
+                for (i, row) in rows.iter().enumerate() {
+                    let [s, t, r] = row.part(simd, part);
+                    let dq = &dq[i * width + first..][..K];
+                    let dv = &dv[i * width + first..][..K];
+                    for l in 0..K {
+                        let v = Vector::splat(simd, dv[l]);
+                        u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+                        along[l] = s.mul_add(v, along[l]);
+                        across[l] = t.mul_add(v, across[l]);
+                        if RADIAL {
+                            outward[l] = r.mul_add(v, outward[l]);
+                        }
+                    }
+                }
+                // The changes of the forces, with the opposite sign.
+                let slopes = NodeSlopes::load(simd, self.kept, block, part);
+                let [h_s, h_t, h_r] = slopes.direction;
+                for l in 0..K {
+                    let normal = slopes.stiffness * u_r[l];
+                    let mut turned = h_t.mul_add(across[l], h_s * along[l]);
+                    if RADIAL {
+                        turned = h_r.mul_add(outward[l], turned);
+                    }
+                    let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
+                    along[l] = slopes.drag.mul_add(along[l], pull * h_s);
+                    across[l] = slopes.drag.mul_add(across[l], pull * h_t);
+                    outward[l] = if RADIAL {
+                        slopes.drag.mul_add(outward[l], pull.mul_add(h_r, normal))
+                    } else {
+                        normal
+                    };
+                }
+                for (sums, row) in sums.iter_mut().zip(rows) {
+                    let [s, t, r] = row.part(simd, part);
+                    for (l, sum) in sums.iter_mut().enumerate() {
+                        let with_along = s.mul_add(along[l], *sum);
+                        *sum = r.mul_add(outward[l], t.mul_add(across[l], with_along));
+                    }
+                }
+            }
+        }
+        for (out, sums) in self.out.chunks_exact_mut(width).zip(sums) {
+            for (out, sum) in out[first..].iter_mut().zip(sums) {
+                *out = -sum.sum();
+            }
+        }
+    }
+}
+
+/// The Jacobian of the force, assembled.
+/// `RADIAL`: whether friction acts on the radial component.
+pub(crate) struct Assembly<'a, const RADIAL: bool> {
+    pub nodes: &'a Nodes,
+    pub kept: &'a [[f64; LANES]],
+    /// Scratch, `2 m^2`.
+    pub sums: &'a mut [[f64; LANES]],
+    /// Gets the Jacobian, `m x 2m`, row-major.
+    pub matrix: &'a mut [f64],
+}
+
+/// Rows and columns of the tile whose sums are kept in registers.
+const TILE: usize = 4;
+
+/// What the rows of the Jacobian need of one mode at some nodes: the change of the force on the
+/// mode with the slip velocity (three components), and with the radial displacement.
+type Weighed<S> = [Vector<S>; 4];
+
+impl<const RADIAL: bool> WithSimd for Assembly<'_, RADIAL> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let m = self.nodes.modes;
+        let mut weighed = [[Vector::splat(simd, 0.0); 4]; MOST_MODES];
+        let units = self.nodes.blocks.len() * parts::<S>();
+        // As many nodes at once as there is room for; more modes, fewer nodes.
+        let room = MOST_MODES / m;
+        self.sums.fill([0.0; LANES]);
+        for first in (0..units).step_by(room) {
+            let these = first..units.min(first + room);
+            let weighed = &mut weighed[..these.len() * m];
+            self.weigh(simd, these.clone(), weighed);
+            self.add(simd, these, weighed);
+        }
+        for i in 0..m {
+            for j in 0..m {
+                let (high, low) = (i.max(j), i.min(j));
+                let by_q = &self.sums[i * m + j];
+                let by_v = &self.sums[(m + high) * m + low];
+                self.matrix[i * 2 * m + j] = -total(simd, by_q);
+                self.matrix[i * 2 * m + m + j] = -total(simd, by_v);
+            }
+        }
+    }
+}
+
+/// The sum of a sum's lanes.
+#[inline(always)]
+fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
+    Vector::load(simd, lanes, 0).sum()
+}
+
+impl<const RADIAL: bool> Assembly<'_, RADIAL> {
+    /// Forms what the rows need at the nodes of some vectors.
+    #[inline(always)]
+    fn weigh<S: Simd>(&self, simd: S, units: std::ops::Range<usize>, weighed: &mut [Weighed<S>]) {
+        let m = self.nodes.modes;
+        for (unit, weighed) in units.zip(weighed.chunks_exact_mut(m)) {
+            let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
+            let slopes = NodeSlopes::load(simd, self.kept, block, part);
+            let [h_s, h_t, h_r] = slopes.direction;
+            let rows = &self.nodes.rows[block * m..][..m];
+            for (weighed, row) in weighed.iter_mut().zip(rows) {
+                let [s, t, r] = row.part(simd, part);
+                let turned = h_r.mul_add(r, h_t.mul_add(t, h_s * s));
+                let bend = slopes.bend * turned;
+                *weighed = [
+                    slopes.drag.mul_add(s, bend * h_s),
+                    slopes.drag.mul_add(t, bend * h_t),
+                    slopes.drag.mul_add(r, bend * h_r),
+                    slopes.stiffness * slopes.coefficient.mul_add(turned, r),
+                ];
+            }
+        }
+    }
+
+    /// Adds what the nodes of some vectors give, tile by tile.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, units: std::ops::Range<usize>, weighed: &[Weighed<S>]) {
+        let m = self.nodes.modes;
+        for i in (0..m).step_by(TILE) {
+            for j in (0..m).step_by(TILE) {
+                macro_rules! tile {
+                    ($($rows:literal: [$($columns:literal)*])*) => {
+                        match (TILE.min(m - i), TILE.min(m - j)) {
+                            $($(($rows, $columns) => {
+                                self.tile::<S, $rows, $columns>(simd, [i, j], units.clone(), weighed)
+                            })*)*
+                            _ => unreachable!("a tile has no more rows and columns than four"),
+                        }
+                    };
+                }
+                tile!(1: [1 2 3 4] 2: [1 2 3 4] 3: [1 2 3 4] 4: [1 2 3 4]);
+            }
+        }
+    }
+
+    /// Adds to one tile, both to the derivative by `q` and, on and below the diagonal, by `v`.
+    #[inline(always)]
+    fn tile<S: Simd, const I: usize, const J: usize>(
+        &mut self,
+        simd: S,
+        [i, j]: [usize; 2],
+        units: std::ops::Range<usize>,
+        weighed: &[Weighed<S>],
+    ) {
+        let m = self.nodes.modes;
+        let (by_q, by_v) = self.sums.split_at_mut(m * m);
+        let part_of = |unit: usize| (unit / parts::<S>(), unit % parts::<S>());
+        let pairs = || units.clone().zip(weighed.chunks_exact(m));
+
+        let mut sums = load::<S, I, J>(simd, by_q, m, [i, j]);
+        for (unit, weighed) in pairs() {
+            let (block, part) = part_of(unit);
+            let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
+            let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
+            let columns: [Vector<S>; J] = std::array::from_fn(|j| rows[j].r.part(simd, part));
+            for i in 0..I {
+                for j in 0..J {
+                    sums[i][j] = weighed[i][3].mul_add(columns[j], sums[i][j]);
+                }
+            }
+        }
+        store(&sums, by_q, m, [i, j]);
+
+        if j > i {
+            return;
+        }
+        let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);
+        for (unit, weighed) in pairs() {
+            let (block, part) = part_of(unit);
+            let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
+            let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
+            let axes = if RADIAL { 3 } else { 2 };
+            for axis in 0..axes {
+                let columns: [Vector<S>; J] =
+                    std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
+                for i in 0..I {
+                    for j in 0..J {
+                        sums[i][j] = weighed[i][axis].mul_add(columns[j], sums[i][j]);
+                    }
+                }
+            }
+        }
+        store(&sums, by_v, m, [i, j]);
+    }
+}
+
+/// The first `N` of a slice, as many as the compiler can unroll.
+#[inline(always)]
+fn columns<T, const N: usize>(slice: &[T]) -> &[T; N] {
+    slice.first_chunk().expect("a tile lies within the matrix")
+}
+
+/// The sums of a tile.
+#[inline(always)]
+fn load<S: Simd, const I: usize, const J: usize>(
+    simd: S,
+    sums: &[[f64; LANES]],
+    m: usize,
+    [i, j]: [usize; 2],
+) -> [[Vector<S>; J]; I] {
+    std::array::from_fn(|row| {
+        std::array::from_fn(|column| Vector::load(simd, &sums[(i + row) * m + j + column], 0))
+    })
+}
+
+/// Puts the sums of a tile back.
+#[inline(always)]
+fn store<S: Simd, const I: usize, const J: usize>(
+    tile: &[[Vector<S>; J]; I],
+    sums: &mut [[f64; LANES]],
+    m: usize,
+    [i, j]: [usize; 2],
+) {
+    for (row, tile) in tile.iter().enumerate() {
+        for (column, sum) in tile.iter().enumerate() {
+            sum.store(&mut sums[(i + row) * m + j + column], 0);
+        }
+    }
+}
+
+/// A matrix `m x 2m` times `width` vectors side by side.
+pub(crate) struct Multiplied<'a> {
+    pub modes: usize,
+    pub matrix: &'a [f64],
+    /// `2m x width`.
+    pub vectors: &'a [f64],
+    pub width: usize,
+    /// Gets the product, `m x width`.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Multiplied<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let zero = Vector::splat(simd, 0.0);
+        for first in (0..self.width).step_by(S::F64_LANES) {
+            match self.modes {
+                PAPER_MODES => self.panel(simd, first, &mut [zero; PAPER_MODES]),
+                m => self.panel(simd, first, &mut [zero; MOST_MODES][..m]),
+            }
+        }
+    }
+}
+
+impl Multiplied<'_> {
+    /// The product with as many vectors as one instruction works on, from `first` on.
+    #[inline(always)]
+    fn panel<S: Simd>(&mut self, simd: S, first: usize, sums: &mut [Vector<S>]) {
+        let (m, width) = (sums.len(), self.width);
+        let count = S::F64_LANES.min(width - first);
+        let matrix = &self.matrix[..2 * m * m];
+        for component in 0..2 * m {
+            let numbers = &self.vectors[component * width + first..][..count];
+            let vector = Vector::load_some(simd, numbers);
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let factor = Vector::splat(simd, matrix[i * 2 * m + component]);
+                *sum = factor.mul_add(vector, *sum);
+            }
+        }
+        for (i, sum) in sums.iter().enumerate() {
+            sum.store_some(&mut self.out[i * width + first..][..count]);
+        }
+    }
 }

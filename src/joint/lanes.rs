@@ -97,6 +97,63 @@ impl<S: Simd> Vector<S> {
         }
     }
 
+    /// Eight numbers' vectors, one after another, as they are kept in a slice.
+    #[inline(always)]
+    pub fn load(simd: S, eight: &[f64; LANES], part: usize) -> Self {
+        let x = S::as_simd_f64s(eight).0[part];
+        Self { simd, x }
+    }
+
+    /// Puts the vector back where [`Vector::load`] takes it from.
+    #[inline(always)]
+    pub fn store(self, eight: &mut [f64; LANES], part: usize) {
+        S::as_mut_simd_f64s(eight).0[part] = self.x;
+    }
+
+    /// As many numbers as there are in a slice, at most a vector's; the other lanes are zero.
+    #[inline(always)]
+    pub fn load_some(simd: S, numbers: &[f64]) -> Self {
+        let x = simd.partial_load_f64s(numbers);
+        Self { simd, x }
+    }
+
+    /// Writes as many numbers as a slice has room for, at most a vector's.
+    #[inline(always)]
+    pub fn store_some(self, numbers: &mut [f64]) {
+        self.simd.partial_store_f64s(numbers, self.x);
+    }
+
+    /// The vector in the lanes where another is positive, zero in the others.
+    #[inline(always)]
+    pub fn where_positive(self, other: Self) -> Self {
+        let zero = self.simd.splat_f64s(0.0);
+        let positive = self.simd.greater_than_f64s(other.x, zero);
+        Self {
+            simd: self.simd,
+            x: self.simd.select_f64s(positive, self.x, zero),
+        }
+    }
+
+    /// The vector in the lanes whose bit of the eight is clear, zero in the others.
+    #[inline(always)]
+    pub fn where_clear(self, bits: u8, part: usize) -> Self {
+        const OWN_BIT: [u64; LANES] = [1, 2, 4, 8, 16, 32, 64, 128];
+        let simd = self.simd;
+        let own = S::as_simd_u64s(&OWN_BIT).0[part];
+        let set = simd.and_u64s(own, simd.splat_u64s(u64::from(bits)));
+        let clear = simd.equal_u64s(set, simd.splat_u64s(0));
+        Self {
+            simd,
+            x: simd.select_f64s(clear, self.x, simd.splat_f64s(0.0)),
+        }
+    }
+
+    /// Negated in the lanes whose bit of the eight is set.
+    #[inline(always)]
+    pub fn negated_where_set(self, bits: u8, part: usize) -> Self {
+        self.where_clear(bits, part) - self.where_clear(!bits, part)
+    }
+
     /// Raised to `floor` where it is below; a NaN stays one.
     #[inline(always)]
     pub fn at_least(self, floor: f64) -> Self {
@@ -146,6 +203,18 @@ impl<S: Simd> Vector<S> {
         }
     }
 
+    /// As [`Vector::through`], with a second vector made on the way.
+    #[inline(always)]
+    pub fn through_both(self, f: impl FnOnce(&mut [f64], &mut [f64])) -> (Self, Self) {
+        let (mut values, mut others) = ([0.0; LANES], [0.0; LANES]);
+        let values = &mut values[..S::F64_LANES];
+        let others = &mut others[..S::F64_LANES];
+        self.store_some(values);
+        f(values, others);
+        let simd = self.simd;
+        (Self::load_some(simd, values), Self::load_some(simd, others))
+    }
+
     /// `exp(-x)` for `x >= 0`, to about one unit in the last place; below `exp(-708)` it stays there.
     #[inline(always)]
     pub fn neg_exp(self) -> Self {
@@ -158,6 +227,16 @@ impl<S: Simd> Vector<S> {
     pub fn one_minus_neg_exp(self) -> Self {
         let parts = self.neg_exp_parts();
         self.same(1.0) - parts.power - parts.fraction * parts.power
+    }
+
+    /// [`Vector::neg_exp`] and [`Vector::one_minus_neg_exp`], to the same bits, for the price of one.
+    #[inline(always)]
+    pub fn neg_exp_and_rest(self) -> (Self, Self) {
+        let parts = self.neg_exp_parts();
+        (
+            parts.fraction.mul_add(parts.power, parts.power),
+            self.same(1.0) - parts.power - parts.fraction * parts.power,
+        )
     }
 
     #[inline(always)]

@@ -2,17 +2,21 @@
 
 mod assembly;
 mod contact;
+mod differentiable;
 mod energy;
 mod equilibrium;
 mod friction;
 mod hertz;
 mod jacobian;
 mod lanes;
+mod lift_off;
 mod model;
 mod nodes;
 mod patch;
+mod record;
 mod spec;
 mod stability;
+mod switching;
 mod system;
 mod traction;
 mod vector;

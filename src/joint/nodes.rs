@@ -4,8 +4,10 @@
 //! The frame of a node is `(e_s, e_t, e_r)`: along the steady sliding velocity, across it, and
 //! outwards. The slip velocity is then `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
 
+use pulp::Simd;
+
 use super::Model;
-use super::lanes::{Eight, LANES};
+use super::lanes::{Eight, LANES, Vector};
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
 
 /// Eq. (7): the displacement is `u = sum over modes of Phi_i q_i`; these are the rows `Phi_i` of one
@@ -15,6 +17,14 @@ pub(crate) struct Rows {
     pub s: Eight,
     pub t: Eight,
     pub r: Eight,
+}
+
+impl Rows {
+    /// One vector of each.
+    #[inline(always)]
+    pub fn part<S: Simd>(&self, simd: S, part: usize) -> [Vector<S>; 3] {
+        [&self.s, &self.t, &self.r].map(|row| row.part(simd, part))
+    }
 }
 
 /// Eight nodes; those past the end of the model have no area and full pre-stress, so that they do
@@ -32,6 +42,19 @@ pub(crate) struct Block {
     pub area: Eight,
     /// Friction force along `e_s` in steady sliding, N.
     pub steady_friction: Eight,
+}
+
+impl Block {
+    /// The gap function `p_n + k_c u_r` (Pa) at the nodes of one vector.
+    #[inline(always)]
+    pub fn gap<S: Simd>(&self, simd: S, rows: &[Rows], part: usize, q: &[f64]) -> Vector<S> {
+        let mut u_r = Vector::splat(simd, 0.0);
+        for (row, &q) in rows.iter().zip(q) {
+            u_r = row.r.part(simd, part).mul_add(Vector::splat(simd, q), u_r);
+        }
+        let pre_stress = self.pre_stress.part(simd, part);
+        self.stiffness.part(simd, part).mul_add(u_r, pre_stress)
+    }
 }
 
 /// All contact nodes of a model.

@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use super::Joint;
-use crate::dynamics::System;
+use crate::dynamics::{Differentiable, System};
 
 /// One vibration mode of the linearised joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +41,8 @@ impl Joint {
         let m = self.omega().len();
         let dim = 2 * m;
         let mut jacobian = vec![0.0; dim * dim];
-        self.jacobian(&vec![0.0; self.dim()], &mut jacobian);
+        let mut record = vec![0.0; self.record_len()];
+        self.jacobian(&vec![0.0; self.dim()], &mut record, &mut jacobian);
         // Scaled to [omega q | dq/dt]: both halves in the unit of a velocity, well balanced.
         let omega = self.omega();
         let scale = |i: usize| if i < m { omega[i] } else { 1.0 };

@@ -6,10 +6,12 @@ use pulp::Arch;
 
 use super::equilibrium::Equilibrium;
 use super::friction::{FrictionLaw, Stribeck};
+use super::lift_off::{Bonded, LiftOff, Unilateral};
 use super::nodes::Nodes;
+use super::record::{Recorder, Unrecorded};
 use super::traction::{Custom, Frictionless, MOST_MODES, OpenNodes, Passed, Smoothed, Traction};
 use super::{Friction, Model};
-use crate::dynamics::System;
+use crate::dynamics::{Differentiable, Switching, System};
 
 /// The law of friction in force.
 #[derive(Clone, Debug)]
@@ -68,7 +70,7 @@ pub struct Joint {
     probe: Vec<f64>,
     equilibrium: Equilibrium,
     audit: bool,
-    arch: Arch,
+    pub(crate) arch: Arch,
 }
 
 impl Joint {
@@ -142,13 +144,31 @@ impl Joint {
     /// The right side of Eq. (8) at `(q, v)`: generalised forces of contact and friction into
     /// `force` (length `m`), and the power of friction.
     pub(crate) fn traction(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> Passed {
-        let (nodes, unilateral) = (&self.nodes, self.unilateral);
+        if self.unilateral {
+            self.traction_by(Unilateral, Unrecorded, q, v, force)
+        } else {
+            self.traction_by(Bonded, Unrecorded, q, v, force)
+        }
+    }
+
+    /// The same with one's own rule of which nodes press, and with a record of the derivative.
+    #[inline(always)]
+    fn traction_by<C: LiftOff, R: Recorder>(
+        &self,
+        contact: C,
+        recorder: R,
+        q: &[f64],
+        v: &[f64],
+        force: &mut [f64],
+    ) -> Passed {
+        let nodes = &self.nodes;
         macro_rules! pass {
             ($law:expr) => {
                 self.arch.dispatch(Traction {
                     nodes,
                     law: $law,
-                    unilateral,
+                    contact,
+                    recorder,
                     q,
                     v,
                     force,
@@ -161,6 +181,26 @@ impl Joint {
             ActiveLaw::Stribeck { law, radial: false } => pass!(Smoothed::<false>(*law)),
             ActiveLaw::Custom { law, radial: true } => pass!(Custom::<true>(law.as_ref())),
             ActiveLaw::Custom { law, radial: false } => pass!(Custom::<false>(law.as_ref())),
+        }
+    }
+
+    /// [`System::force`] with one's own rule of which nodes press, and with a record.
+    #[inline(always)]
+    pub(crate) fn force_by<C: LiftOff, R: Recorder>(
+        &self,
+        contact: C,
+        recorder: R,
+        z: &[f64],
+        out: &mut [f64],
+    ) {
+        let m = self.omega.len();
+        let (q, v) = (&z[..m], &z[m..2 * m]);
+        let passed = self.traction_by(contact, recorder, q, v, &mut out[..m]);
+        for (out, steady) in out.iter_mut().zip(&self.equilibrium.force) {
+            *out -= steady;
+        }
+        if self.audit {
+            out[m] = passed.power + self.damping_power(v);
         }
     }
 
@@ -187,15 +227,24 @@ impl System for Joint {
         usize::from(self.audit)
     }
 
+    /// The audit's work.
+    fn quadratures(&self) -> usize {
+        self.first_order()
+    }
+
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
-        let m = self.omega.len();
-        let (q, v) = (&z[..m], &z[m..2 * m]);
-        let passed = self.traction(q, v, &mut out[..m]);
-        for (out, steady) in out.iter_mut().zip(&self.equilibrium.force) {
-            *out -= steady;
+        if self.unilateral {
+            self.force_by(Unilateral, Unrecorded, z, out);
+        } else {
+            self.force_by(Bonded, Unrecorded, z, out);
         }
-        if self.audit {
-            out[m] = passed.power + self.damping_power(v);
-        }
+    }
+
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
     }
 }

@@ -8,7 +8,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::vector::{cross, dot, norm, scale};
 use super::*;
-use crate::dynamics::System;
+use crate::dynamics::{Differentiable, System};
+
+mod derivative;
+mod switching;
 
 const STRIBECK: Friction = Friction::Stribeck {
     law: Stribeck {
@@ -160,8 +163,8 @@ fn jacobian_is_the_derivative() {
         let joint = Joint::new(&scattered(40, 11, friction));
         let z = state(&joint, 11);
         let dim = joint.dim();
-        let mut jacobian = vec![0.0; dim * dim];
-        joint.jacobian(&z, &mut jacobian);
+        let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; dim * dim]);
+        joint.jacobian(&z, &mut record, &mut jacobian);
         let (mut plus, mut minus) = (vec![0.0; dim], vec![0.0; dim]);
         for j in 0..dim {
             // Steps small enough that no node opens or closes on the way.
@@ -270,8 +273,8 @@ fn zero_slip_is_no_special_case() {
     let mut rate = vec![0.0; 22];
     joint.rhs(0.0, &[0.0; 22], &mut rate);
     assert!(rate.iter().all(|r| *r == 0.0));
-    let mut jacobian = vec![0.0; 22 * 22];
-    joint.jacobian(&[0.0; 22], &mut jacobian);
+    let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; 22 * 22]);
+    joint.jacobian(&[0.0; 22], &mut record, &mut jacobian);
     assert!(jacobian.iter().all(|x| x.is_finite()));
 }
 

@@ -8,7 +8,9 @@ use pulp::{Simd, WithSimd};
 
 use super::friction::FrictionLaw;
 use super::lanes::{Vector, parts};
+use super::lift_off::LiftOff;
 use super::nodes::Nodes;
+use super::record::{NodeSlopes, Recorder};
 
 /// What the loop does at each node for friction.
 pub(crate) trait Law {
@@ -18,6 +20,8 @@ pub(crate) trait Law {
     const RADIAL: bool;
     /// `mu(V)/V` at the given speeds, all positive.
     fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S>;
+    /// The same, and `V` times the slope of the ratio: `dmu/dV - mu/V`.
+    fn ratio_and_slope<S: Simd>(&self, simd: S, speed: Vector<S>) -> (Vector<S>, Vector<S>);
 }
 
 /// No friction.
@@ -29,6 +33,10 @@ impl Law for Frictionless {
     #[inline(always)]
     fn ratio<S: Simd>(&self, simd: S, _: Vector<S>) -> Vector<S> {
         Vector::splat(simd, 0.0)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd>(&self, simd: S, _: Vector<S>) -> (Vector<S>, Vector<S>) {
+        (Vector::splat(simd, 0.0), Vector::splat(simd, 0.0))
     }
 }
 
@@ -42,6 +50,10 @@ impl<const RADIAL: bool> Law for Smoothed<RADIAL> {
     fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S> {
         self.0.ratio_vector(simd, speed)
     }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd>(&self, simd: S, speed: Vector<S>) -> (Vector<S>, Vector<S>) {
+        self.0.ratio_and_slope_vector(simd, speed)
+    }
 }
 
 /// A user's own law, called once a vector.
@@ -54,13 +66,22 @@ impl<const RADIAL: bool> Law for Custom<'_, RADIAL> {
     fn ratio<S: Simd>(&self, _: S, speed: Vector<S>) -> Vector<S> {
         speed.through(|speeds| self.0.ratios(speeds))
     }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd>(&self, _: S, speed: Vector<S>) -> (Vector<S>, Vector<S>) {
+        let (ratio, slope) =
+            speed.through_both(|speeds, slopes| self.0.ratios_and_slopes(speeds, slopes));
+        (ratio, speed * slope)
+    }
 }
 
 /// One pass over the nodes.
-pub(crate) struct Traction<'a, L> {
+pub(crate) struct Traction<'a, L, C, R> {
     pub nodes: &'a Nodes,
     pub law: L,
-    pub unilateral: bool,
+    /// Which nodes press.
+    pub contact: C,
+    /// What is kept for the derivative.
+    pub recorder: R,
     /// Modal coordinates and velocities.
     pub q: &'a [f64],
     pub v: &'a [f64],
@@ -75,22 +96,21 @@ pub(crate) struct Passed {
     pub power: f64,
 }
 
-impl<L: Law> WithSimd for Traction<'_, L> {
+impl<L: Law, C: LiftOff, R: Recorder> WithSimd for Traction<'_, L, C, R> {
     type Output = Passed;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Passed {
         let zero = Vector::splat(simd, 0.0);
-        match (self.unilateral, self.nodes.modes) {
-            (true, PAPER_MODES) => self.pass::<S, true>(simd, &mut [zero; PAPER_MODES]),
-            (true, m) => self.pass::<S, true>(simd, &mut [zero; MOST_MODES][..m]),
-            (false, m) => self.pass::<S, false>(simd, &mut [zero; MOST_MODES][..m]),
+        match self.nodes.modes {
+            PAPER_MODES => self.pass(simd, &mut [zero; PAPER_MODES]),
+            m => self.pass(simd, &mut [zero; MOST_MODES][..m]),
         }
     }
 }
 
-impl<L: Law> Traction<'_, L> {
-    /// The loop, with or without lift-off; `sums` are the accumulators, one a mode. Where their
+impl<L: Law, C: LiftOff, R: Recorder> Traction<'_, L, C, R> {
+    /// The loop; `sums` are the accumulators, one a mode. Where their
     /// number is known to the compiler, they stay in registers.
     ///
     /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
@@ -104,12 +124,12 @@ impl<L: Law> Traction<'_, L> {
     /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
     /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
     #[inline(always)]
-    fn pass<S: Simd, const UNILATERAL: bool>(self, simd: S, sums: &mut [Vector<S>]) -> Passed {
+    fn pass<S: Simd>(mut self, simd: S, sums: &mut [Vector<S>]) -> Passed {
         let modes = sums.len();
         let (q, v) = (&self.q[..modes], &self.v[..modes]);
         let zero = Vector::splat(simd, 0.0);
         let mut power = zero;
-        for (block, rows) in self.nodes.iter() {
+        for (index, (block, rows)) in self.nodes.iter().enumerate() {
             let rows = &rows[..modes];
             for part in 0..parts::<S>() {
                 // Normal stress.
@@ -121,12 +141,15 @@ impl<L: Law> Traction<'_, L> {
                         .mul_add(Vector::splat(simd, q[i]), u_r);
                 }
                 let stiffness = block.stiffness.part(simd, part);
-                let mut stress = stiffness.mul_add(u_r, block.pre_stress.part(simd, part));
-                if UNILATERAL {
-                    stress = stress.at_least(0.0);
-                }
-                let normal = stress * block.area.part(simd, part);
+                let gap = stiffness.mul_add(u_r, block.pre_stress.part(simd, part));
+                let area = block.area.part(simd, part);
+                let normal = self.contact.stress(index, part, gap) * area;
+                let pressing = |contact: &C| contact.pressing(index, part, gap, stiffness * area);
                 if !L::SLIDES {
+                    if R::KEEPS {
+                        let slopes = NodeSlopes::frictionless(simd, pressing(&self.contact));
+                        self.recorder.keep(index, part, slopes);
+                    }
                     for i in 0..modes {
                         sums[i] = rows[i].r.part(simd, part).mul_add(-normal, sums[i]);
                     }
@@ -150,7 +173,23 @@ impl<L: Law> Traction<'_, L> {
                 // A hair above zero, so that mu(V)/V can be formed by a division.
                 let speed = square.at_least(1e-280).sqrt();
                 // Friction force.
-                let drag = -(normal * self.law.ratio(simd, speed));
+                let drag = if R::KEEPS {
+                    let (ratio, slope) = self.law.ratio_and_slope(simd, speed);
+                    let drag = normal * ratio;
+                    let inverse = Vector::splat(simd, 1.0) / speed;
+                    let outward = if L::RADIAL { outward } else { zero };
+                    let slopes = NodeSlopes {
+                        stiffness: pressing(&self.contact),
+                        coefficient: ratio * speed,
+                        drag,
+                        bend: normal * slope,
+                        direction: [along, across, outward].map(|slip| slip * inverse),
+                    };
+                    self.recorder.keep(index, part, slopes);
+                    -drag
+                } else {
+                    -(normal * self.law.ratio(simd, speed))
+                };
                 let (drag_along, drag_across) = (drag * along, drag * across);
                 let deviation = drag_along - block.steady_friction.part(simd, part);
                 power = deviation.mul_add(along - steady_speed, power);
@@ -176,8 +215,8 @@ impl<L: Law> Traction<'_, L> {
     }
 }
 
-/// Number of modes in the paper: the loop is compiled for it apart.
-const PAPER_MODES: usize = 11;
+/// Number of modes in the paper: the loops are compiled for it apart.
+pub(crate) const PAPER_MODES: usize = 11;
 
 /// The most modes that a joint can have: as many as the hot loop has accumulators for.
 pub const MOST_MODES: usize = 64;
@@ -198,12 +237,7 @@ impl WithSimd for OpenNodes<'_> {
         for ((block, rows), bits) in self.nodes.iter().zip(self.open.iter_mut()) {
             *bits = 0;
             for part in 0..parts::<S>() {
-                let mut u_r = Vector::splat(simd, 0.0);
-                for (row, &q) in rows.iter().zip(self.q) {
-                    u_r = row.r.part(simd, part).mul_add(Vector::splat(simd, q), u_r);
-                }
-                let pre_stress = block.pre_stress.part(simd, part);
-                let gap = block.stiffness.part(simd, part).mul_add(u_r, pre_stress);
+                let gap = block.gap(simd, rows, part, self.q);
                 *bits |= gap.negative_bits() << (part * S::F64_LANES);
             }
         }

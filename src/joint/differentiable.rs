@@ -1,0 +1,154 @@
+//! The derivative of the joint's force, as the tangent flow needs it.
+
+use super::Joint;
+use super::jacobian::{Assembly, Multiplied, Swept};
+use super::lanes::LANES;
+use super::lift_off::{Bonded, Held, Unilateral};
+use super::record::{KEPT, Recorded};
+use crate::dynamics::{Differentiable, System};
+
+/// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the
+/// nodes themselves. Where the two cost the same with the paper's eleven modes.
+pub(crate) const WORTH_ASSEMBLING: usize = 6;
+
+/// The parts of a record.
+struct Parts<'a> {
+    /// Each node's derivative.
+    kept: &'a mut [[f64; LANES]],
+    /// Sums over the nodes on their way.
+    sums: &'a mut [[f64; LANES]],
+    /// The Jacobian of the force, `m x 2m`, row-major.
+    matrix: &'a mut [f64],
+}
+
+impl Joint {
+    /// Numbers of the nodes' derivatives, of the sums, and of the matrix.
+    fn record_parts(&self) -> [usize; 3] {
+        let m = self.modes();
+        [
+            self.nodes.blocks.len() * KEPT * LANES,
+            2 * m * m * LANES,
+            2 * m * m,
+        ]
+    }
+
+    fn parts_of<'a>(&self, record: &'a mut [f64]) -> Parts<'a> {
+        let [kept, sums, matrix] = self.record_parts();
+        let (kept, rest) = record.split_at_mut(kept);
+        let (sums, rest) = rest.split_at_mut(sums);
+        Parts {
+            kept: kept.as_chunks_mut().0,
+            sums: sums.as_chunks_mut().0,
+            matrix: &mut rest[..matrix],
+        }
+    }
+
+    /// Assembles the Jacobian of the force from a record, into the record, `m x 2m`, row-major.
+    pub(crate) fn assembled<'a>(&self, record: &'a mut [f64]) -> &'a [f64] {
+        let Parts { kept, sums, matrix } = self.parts_of(record);
+        let nodes = &self.nodes;
+        macro_rules! assemble {
+            ($radial:literal) => {
+                self.arch.dispatch(Assembly::<$radial> {
+                    nodes,
+                    kept,
+                    sums,
+                    matrix,
+                })
+            };
+        }
+        if self.law.radial() {
+            assemble!(true);
+        } else {
+            assemble!(false);
+        }
+        matrix
+    }
+
+    /// [`Differentiable::product`] by the assembled Jacobian.
+    pub(crate) fn product_assembled(
+        &self,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let matrix = self.assembled(record);
+        self.arch.dispatch(Multiplied {
+            modes: self.modes(),
+            matrix,
+            vectors,
+            width,
+            out,
+        });
+    }
+
+    /// [`Differentiable::product`] node by node, without a matrix.
+    pub(crate) fn product_swept(
+        &self,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let kept = &*self.parts_of(record).kept;
+        let nodes = &self.nodes;
+        macro_rules! sweep {
+            ($radial:literal) => {
+                self.arch.dispatch(Swept::<$radial> {
+                    nodes,
+                    kept,
+                    vectors,
+                    width,
+                    out,
+                })
+            };
+        }
+        if self.law.radial() {
+            sweep!(true);
+        } else {
+            sweep!(false);
+        }
+    }
+}
+
+impl Differentiable for Joint {
+    /// Each node's derivative, and room for the Jacobian of the force.
+    fn record_len(&self) -> usize {
+        self.record_parts().iter().sum()
+    }
+
+    /// The force is that without a record, to the last bit.
+    ///
+    /// Without a status, a node whose gap is exactly zero is recorded as open.
+    fn force_recorded(
+        &self,
+        status: Option<&[u8]>,
+        _t: f64,
+        z: &[f64],
+        out: &mut [f64],
+        record: &mut [f64],
+    ) {
+        let recorder = Recorded(self.parts_of(record).kept);
+        match status {
+            Some(status) => self.force_by(Held(status), recorder, z, out),
+            None if self.unilateral => self.force_by(Unilateral, recorder, z, out),
+            None => self.force_by(Bonded, recorder, z, out),
+        }
+    }
+
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        if width < WORTH_ASSEMBLING {
+            self.product_swept(record, vectors, width, out);
+        } else {
+            self.product_assembled(record, vectors, width, out);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What the hot loop leaves behind at each node for the derivative of the force.
+//!
+//! In a node's own frame the force is `F = -N g(V) V_vec - N e_r`, with `g = mu(V)/V`. A change of the
+//! radial displacement, `du_r`, and of the slip velocity, `dV_vec`, changes it by
+//!
+//! ```text
+//! dF = -A k du_r (mu h + e_r) - N g dV_vec - N (dmu/dV - mu/V) h (h . dV_vec)
+//! ```
+//!
+//! where `h` is the direction of the slip velocity. Written so, nothing in it grows without bound as
+//! the slip vanishes.
+
+use pulp::Simd;
+
+use super::lanes::{LANES, Vector};
+
+/// Numbers that a block of nodes leaves behind, eight of each.
+pub(crate) const KEPT: usize = 7;
+
+/// The derivative at as many nodes as there are in a vector.
+#[derive(Clone, Copy)]
+pub(crate) struct NodeSlopes<S: Simd> {
+    /// `A k` where the node presses, else zero, N/m.
+    pub stiffness: Vector<S>,
+    /// `mu`.
+    pub coefficient: Vector<S>,
+    /// `N g`, N s/m.
+    pub drag: Vector<S>,
+    /// `N (dmu/dV - mu/V)`, N s/m.
+    pub bend: Vector<S>,
+    /// `h` along the node's frame.
+    pub direction: [Vector<S>; 3],
+}
+
+impl<S: Simd> NodeSlopes<S> {
+    /// Those of nodes without friction.
+    #[inline(always)]
+    pub fn frictionless(simd: S, stiffness: Vector<S>) -> Self {
+        let zero = Vector::splat(simd, 0.0);
+        Self {
+            stiffness,
+            coefficient: zero,
+            drag: zero,
+            bend: zero,
+            direction: [zero; 3],
+        }
+    }
+
+    /// Reads back what was kept of a block.
+    #[inline(always)]
+    pub fn load(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Self {
+        let kept = &kept[block * KEPT..][..KEPT];
+        let number = |k: usize| Vector::load(simd, &kept[k], part);
+        Self {
+            stiffness: number(0),
+            coefficient: number(1),
+            drag: number(2),
+            bend: number(3),
+            direction: [number(4), number(5), number(6)],
+        }
+    }
+}
+
+/// Whether the hot loop keeps a record.
+pub(crate) trait Recorder {
+    /// Whether anything is kept at all.
+    const KEEPS: bool;
+    /// Keeps the derivative at nodes of a block.
+    fn keep<S: Simd>(&mut self, block: usize, part: usize, slopes: NodeSlopes<S>);
+}
+
+/// Only the force is wanted.
+pub(crate) struct Unrecorded;
+
+impl Recorder for Unrecorded {
+    const KEEPS: bool = false;
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, _: usize, _: usize, _: NodeSlopes<S>) {}
+}
+
+/// Keeps [`KEPT`] times eight numbers a block.
+pub(crate) struct Recorded<'a>(pub &'a mut [[f64; LANES]]);
+
+impl Recorder for Recorded<'_> {
+    const KEEPS: bool = true;
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, block: usize, part: usize, slopes: NodeSlopes<S>) {
+        let kept = &mut self.0[block * KEPT..][..KEPT];
+        let [along, across, outward] = slopes.direction;
+        let numbers = [
+            slopes.stiffness,
+            slopes.coefficient,
+            slopes.drag,
+            slopes.bend,
+            along,
+            across,
+            outward,
+        ];
+        for (kept, number) in kept.iter_mut().zip(numbers) {
+            number.store(kept, part);
+        }
+    }
+}

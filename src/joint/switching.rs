@@ -1,0 +1,134 @@
+//! Contact nodes that open and close, one guard each.
+//!
+//! The status says which nodes are open, one bit a node, eight nodes a byte. While it is held, a
+//! closed node presses with `N = p_n + k_c u_r` even where that turns negative, and an open one does
+//! nothing, so that the force is as smooth as the law of friction.
+
+use pulp::{Simd, WithSimd};
+
+use super::Joint;
+use super::lanes::{LANES, parts};
+use super::lift_off::Held;
+use super::nodes::Nodes;
+use super::record::Unrecorded;
+use crate::dynamics::{Switching, System};
+
+impl Switching for Joint {
+    fn status_len(&self) -> usize {
+        self.nodes.blocks.len()
+    }
+
+    /// Open where the gap function is negative; where nodes cannot lift off, none is.
+    fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
+        if self.unilateral {
+            self.open_nodes(&z[..self.modes()], status);
+        } else {
+            status.fill(0);
+        }
+    }
+
+    /// With the status of the state itself, this is [`System::force`] to the last bit.
+    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
+        self.force_by(Held(status), Unrecorded, z, out);
+    }
+
+    /// A guard a node; none where nodes cannot lift off.
+    fn guards(&self) -> usize {
+        if self.unilateral { self.nodes.count } else { 0 }
+    }
+
+    /// Eq. (17): the transitions of all nodes. Each node has a guard of its own, `s_k` of Eq. (18)
+    /// while it is closed and `-s_k` while it is open, Pa. Their product, as printed, would be zero
+    /// from the first open node on.
+    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
+        if self.unilateral {
+            self.arch.dispatch(Guards {
+                nodes: &self.nodes,
+                q: &z[..self.modes()],
+                status,
+                values,
+            });
+        }
+    }
+
+    /// The node changes sides; the state goes on.
+    fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
+        debug_assert!(
+            self.rests_on_guard(guard, &z[..self.modes()]),
+            "the force jumps at node {guard}"
+        );
+        status[guard / LANES] ^= 1 << (guard % LANES);
+    }
+
+    /// It is: all that a node does is in proportion to `N = p_n + k_c u_r`, which is zero on its
+    /// guard, and an open node does nothing. So the laws before and after agree there, and as the
+    /// state goes on, Eq. (16) becomes `delta z+ = delta z- + (F_before - F_after) delta t = delta z-`.
+    fn is_continuous(&self) -> bool {
+        true
+    }
+
+    fn guard_gradient(
+        &self,
+        status: &[u8],
+        guard: usize,
+        _t: f64,
+        _z: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let (block, lane) = (guard / LANES, guard % LANES);
+        let m = self.nodes.modes;
+        let sign = if status[block] >> lane & 1 == 1 {
+            -1.0
+        } else {
+            1.0
+        };
+        let slope = sign * self.nodes.blocks[block].stiffness.0[lane];
+        let rows = &self.nodes.rows[block * m..][..m];
+        gradient.fill(0.0);
+        for (gradient, row) in gradient.iter_mut().zip(rows) {
+            *gradient = slope * row.r.0[lane];
+        }
+        0.0
+    }
+}
+
+impl Joint {
+    /// Whether a node can change sides at modal coordinates `q` with no jump of the force: its stress
+    /// is nothing beside what it is the difference of.
+    fn rests_on_guard(&self, node: usize, q: &[f64]) -> bool {
+        let (block, lane) = (node / LANES, node % LANES);
+        let m = self.nodes.modes;
+        let rows = &self.nodes.rows[block * m..][..m];
+        let block = &self.nodes.blocks[block];
+        let (pre_stress, stiffness) = (block.pre_stress.0[lane], block.stiffness.0[lane]);
+        let terms = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q);
+        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), u| (sum + u, size + u.abs()));
+        (pre_stress + stiffness * sum).abs() <= 1e-6 * (pre_stress + stiffness * size)
+    }
+}
+
+/// A pass over the normal gaps only: the guards.
+struct Guards<'a> {
+    nodes: &'a Nodes,
+    q: &'a [f64],
+    status: &'a [u8],
+    /// One a node, Pa.
+    values: &'a mut [f64],
+}
+
+impl WithSimd for Guards<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let guards = self.values.chunks_mut(LANES).zip(self.status);
+        for ((block, rows), (values, bits)) in self.nodes.iter().zip(guards) {
+            let mut eight = [0.0; LANES];
+            for part in 0..parts::<S>() {
+                let gap = block.gap(simd, rows, part, self.q);
+                gap.negated_where_set(*bits, part).store(&mut eight, part);
+            }
+            values.copy_from_slice(&eight[..values.len()]);
+        }
+    }
+}
