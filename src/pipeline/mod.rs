@@ -2,6 +2,8 @@
 
 mod analyse;
 mod error;
+#[cfg(test)]
+mod flow_tests;
 mod health;
 pub mod message;
 mod outlet;

@@ -14,8 +14,8 @@ pub struct Prepared {
     /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
     /// small system.
     pub system: Box<dyn System + Send>,
-    /// Its integrator, not started yet. It stops at events where the scene
-    /// says so, and always where the system is a small one.
+    /// Its integrator, not started yet. It stops at events where the scene says so, and always where
+    /// the system is a small one.
     pub integrator: Integrator,
     /// The state to start from at time 0, length [`System::dim`].
     pub state: Vec<f64>,
