@@ -12,6 +12,7 @@ use std::sync::Arc;
 use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
 use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio};
 use squeakscope::scene::Scene;
+use squeakscope::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
 /// The system's allocator, which counts the requests of each thread.
 struct Counting;
@@ -127,6 +128,72 @@ fn integrating_allocates_nothing() {
             "{method:?}: {tally:?}"
         );
     }
+}
+
+/// Stops a system at its events for 60 s; returns how many there were.
+fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
+    let accuracy = Accuracy::relative(1e-8);
+    let max_step = 0.2;
+    let methods = [
+        Method::Lawson54 { accuracy, max_step },
+        Method::Tsit54 { accuracy, max_step },
+        Method::Rk4 { step: 0.01 },
+    ];
+    let mut events = u64::MAX;
+    for method in methods {
+        let integrator = Integrator::new(method, sys).expect("valid parameters");
+        let mut integrator = integrator.with_events(sys).expect("it has guards");
+        let mut z = start;
+        let count = requests(|| {
+            integrator.start(sys, 0.0, &start).expect("finite start");
+            for k in 0..400 {
+                let t = 0.1 * f64::from(k);
+                integrator.sample(sys, t, &mut z).expect("a sample");
+            }
+            integrator.land(sys, 40.0).expect("a landing");
+            integrator.restart(sys).expect("the same system again");
+            while integrator.time() < 60.0 {
+                integrator.next_event(sys, 60.0).expect("an event");
+            }
+        });
+        assert_eq!(count, 0, "{name}: {method:?} allocated");
+        events = events.min(integrator.tally().events);
+    }
+    events
+}
+
+#[test]
+fn stopping_at_events_allocates_nothing() {
+    let impact = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.02,
+        drive: 1.0,
+        drive_omega: 2.8,
+        wall: 0.0,
+        restitution: 0.8,
+    };
+    let belt = MassOnBelt {
+        omega: 1.0,
+        damping: 0.0,
+        load: 1.0,
+        mu_s: 1.0,
+        mu_d: 0.5,
+        belt: 0.2,
+    };
+    let damped = DampedContact {
+        omega: 1.0,
+        damping: 0.05,
+        drive: 0.8,
+        drive_omega: 1.7,
+        contact_stiffness: 9.0,
+        contact_damping: 1.2,
+    };
+    let events = [
+        stop_at_events("impact oscillator", &impact, [0.5, 0.0]),
+        stop_at_events("mass on a belt", &belt, [0.0, 0.2]),
+        stop_at_events("damped contact", &damped, [0.5, 0.0]),
+    ];
+    assert!(events.iter().all(|&events| events > 10), "{events:?}");
 }
 
 /// A law of one's own: viscous.

@@ -7,6 +7,7 @@ use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use thiserror::Error;
 
 use crate::analysis::Threshold;
+use crate::study::lyapunov::Count;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
 ///
@@ -28,6 +29,8 @@ pub enum Command {
     Scenes(ScenesArgs),
     /// Complex eigenvalues at steady sliding: which modes can squeak.
     Stability(StabilityArgs),
+    /// Lyapunov exponents with their errors: rest, cycle, torus, chaos or hyper-chaos.
+    Lyapunov(LyapunovArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
     /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
@@ -100,6 +103,63 @@ pub struct StabilityArgs {
     /// Write the eigenvalues as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// Arguments of `squeakscope lyapunov`.
+#[derive(Debug, Default, Arguments)]
+pub struct LyapunovArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// How many of the largest exponents, or `all` [default: all].
+    #[arg(long, value_name = "K", value_parser = exponents)]
+    pub exponents: Option<Count>,
+    /// Average for this much simulated time [default: until the verdict is clear].
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
+    pub until: Option<f64>,
+    /// Average until every exponent asked for is known to this much on either side, 95 % confidence.
+    #[arg(long, value_name = "1/S", value_parser = positive, allow_negative_numbers = true,
+        conflicts_with = "until")]
+    pub error: Option<f64>,
+    /// Let the tangent vectors turn for this long before their growth counts [default: 100 periods of the slowest mode].
+    #[arg(long, value_name = "MS", value_parser = positive, allow_negative_numbers = true)]
+    pub settle: Option<f64>,
+    /// Keep the tilt of the load constant at this angle, -90 to 90 degrees [default: the scene runs, then its last tilt is kept].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub tilt: Option<f64>,
+    /// Run the scene this long before anything is measured, 0.1 to 100000 ms.
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub duration: Option<f64>,
+    /// Seed of the random kick, which decides between attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64))]
+    pub seed: Option<u64>,
+    /// Relative tolerance of the integrator, 1e-13 to 0.01.
+    #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Draw the figure: a file that ends in .png, or a directory for lyapunov.png.
+    #[arg(long, value_name = "FILE|DIR")]
+    pub png: Option<PathBuf>,
+    /// Write the running values as columns of text.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write every number as JSON, too; `-` prints it instead of the table.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+}
+
+/// Takes a number of exponents; that there are so many is checked when the system is known.
+fn exponents(text: &str) -> Result<Count, String> {
+    match text.parse() {
+        _ if text == "all" => Ok(Count::All),
+        Ok(count) if count > 0 => Ok(Count::Largest(count)),
+        _ => Err("write a whole number from 1, or `all`".to_owned()),
+    }
+}
+
+/// Takes a number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number: &f64| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "write a number above 0".to_owned())
 }
 
 /// Arguments of `squeakscope model`.
@@ -333,6 +393,19 @@ mod tests {
         assert!(parse("squeakscope run --spawn --connect").is_err());
         assert!(parse("squeakscope stability --tilt -3:3:1").is_ok());
         assert!(parse("squeakscope model").is_err());
+    }
+
+    #[test]
+    fn exponents_are_counted_or_all() {
+        assert_eq!(exponents("all"), Ok(Count::All));
+        assert_eq!(exponents("3"), Ok(Count::Largest(3)));
+        for text in ["0", "-1", "1.5", "", "none"] {
+            assert!(exponents(text).is_err(), "{text}");
+        }
+        assert_eq!(positive("2.5"), Ok(2.5));
+        for text in ["0", "-1", "nan", "inf", "much"] {
+            assert!(positive(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -6,25 +6,27 @@ use std::path::Path;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::error::{Cause, CliError};
+use super::lyapunov;
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::figure::signal_figures;
+use crate::figure::{lyapunov_figure, signal_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, Simulation, Sink, Tee, drive, initial_state};
+use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
+use crate::study::lyapunov::scene_lyapunov;
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
-    // Before anything is opened: what is wrong with the joint leaves nothing behind.
-    let simulation = Simulation::new(job.scene)?;
+    // Before anything is opened: what is wrong with the scene leaves nothing behind.
+    let simulation = source(job.scene)?;
     let output = Output {
         save: job.save.map(Into::into),
         connect: match job.viewer {
@@ -87,6 +89,12 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
         npz: npz.into_inner(),
     })
 }
+
+/// What `squeakscope lyapunov` needs.
+pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
+    follow: |scene, request, watch| Ok(scene_lyapunov(scene, request, watch)?),
+    draw: |name, found| Ok(lyapunov_figure(name, found)?.png()?),
+};
 
 /// What `squeakscope analyse` needs.
 pub(super) const LABORATORY: Tools = Tools { read, draw, play };

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::output::OutputError;
 use crate::analysis::AnalysisError;
+use crate::dynamics::DynamicsError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
@@ -49,7 +50,7 @@ pub enum CliError {
         source: Cause,
     },
     /// Ctrl-C.
-    #[error("interrupted; what was recorded until then is kept")]
+    #[error("interrupted; what was reached until then is kept")]
     Interrupted,
 }
 
@@ -59,17 +60,20 @@ impl CliError {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::Output(error) if error.is_bad_input() => 2,
-            Self::Run { source, .. } if is_impossible_joint(source.as_ref()) => 2,
+            Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
             Self::Output(_) | Self::Run { .. } => 1,
             Self::Interrupted => 130,
         }
     }
 }
 
-/// Whether the cause of a fault is a scene whose numbers, each in its range, make no joint together.
-fn is_impossible_joint(cause: &(dyn Error + 'static)) -> bool {
+/// Whether the cause of a fault is what was asked for: a scene whose numbers, each in its range, make
+/// no joint together, or more exponents than there are.
+fn is_impossible(cause: &(dyn Error + 'static)) -> bool {
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
-    step || cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible_joint)
+    // More exponents than there are.
+    let width = matches!(cause.downcast_ref(), Some(DynamicsError::Width { .. }));
+    step || width || cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible)
 }
 
 #[cfg(test)]

@@ -5,11 +5,11 @@
 //! | 0 | done |
 //! | 1 | a fault while running |
 //! | 2 | bad input: arguments, a scene, a signal, an output that cannot be written |
-//! | 130 | interrupted by Ctrl-C; what was recorded until then is kept |
+//! | 130 | interrupted by Ctrl-C; what was reached until then is kept |
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`] say what is in it.
+//! structures of [`report`], [`lyapunov_report`] and [`signal_report`] say what is in it.
 
 mod analyse;
 pub mod args;
@@ -17,6 +17,8 @@ mod engine;
 mod error;
 pub mod flow_report;
 mod interrupt;
+mod lyapunov;
+pub mod lyapunov_report;
 mod model;
 mod output;
 mod progress;
@@ -56,6 +58,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Run(args)) => run::run(&args, engine::simulate),
         Some(Command::Scenes(args)) => scenes::scenes(&args),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
+        Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }

@@ -29,6 +29,18 @@ impl Progress {
         Self::with(template, 1.0)
     }
 
+    /// A bar for work whose end is only estimated.
+    pub fn of_estimate() -> Self {
+        let template = "{elapsed} [{bar:30}] {percent:>3} %, about {eta} to go: {msg}";
+        Self::with(template, 1.0)
+    }
+
+    /// The share done, 0 to 1, and what is known so far.
+    pub fn tell(&self, share: f64, words: String) {
+        self.bar.set_message(words);
+        self.reach(share);
+    }
+
     /// The share done, 0 to 1, and the step that comes.
     pub fn step(&self, share: f64, name: &'static str) {
         self.bar.set_message(name);

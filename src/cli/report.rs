@@ -389,6 +389,18 @@ pub fn deliver(report: &impl Report, json: Option<&OutputFile>) -> Result<(), Ou
     print(&report.text())
 }
 
+/// Prints a result as JSON in place of its text.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
+    let json = serde_json::to_string_pretty(report).map_err(|fault| OutputError::Failed {
+        path: "standard output".into(),
+        source: fault.into(),
+    })?;
+    print(&format!("{json}\n"))
+}
+
 /// Prints to the standard output, in colour where that is a terminal.
 ///
 /// # Errors

@@ -8,7 +8,7 @@ use super::pace::Pace;
 use super::stepper::{Stepper, switching};
 use super::tableau::{RK4, TSIT54};
 use super::tangents::Tangents;
-use super::{DynamicsError, LyapunovSpectrum, System, Tally};
+use super::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
 
 /// The choice of method, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,6 +152,11 @@ impl Integrator {
     /// where a guard falls through zero. Without this, a system with kinks is stepped through, the
     /// law taken anew at each stage.
     ///
+    /// Guards that fall within the rounding of the time are one event. Where events follow each
+    /// other too fast to stop at each, more than 10,000 within the longest step, a system whose
+    /// events jump nowhere ([`Switching::is_continuous`](super::Switching::is_continuous)) is stepped
+    /// through until that time is over ([`Tally::overrun`]); for any other system that is an error.
+    ///
     /// # Errors
     /// [`DynamicsError::Lacks`] when the system has no [`System::switching`].
     pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
@@ -283,12 +288,13 @@ impl Integrator {
     }
 
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
-    /// needed. Times must not go back before the start of the last step.
+    /// needed. Times must not go back before the start of the last step. At the very time of an
+    /// event to come it is the state before it.
     ///
     /// # Errors
     /// [`DynamicsError::Size`] when `out` has another length, [`DynamicsError::Time`] when `t` is
-    /// out of reach, [`DynamicsError::NonFinite`] and [`DynamicsError::StepUnderflow`] when the
-    /// integration cannot go on.
+    /// out of reach, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
+    /// [`DynamicsError::Chatter`] when the integration cannot go on.
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -301,16 +307,21 @@ impl Integrator {
             self.step(sys, f64::INFINITY)?;
         }
         with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
+        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+            switching(sys).settle(status, t, out);
+        }
         Ok(())
     }
 
     /// Makes a step end exactly at time `t` (s): then [`Integrator::time`] is `t` and
     /// [`Integrator::state`] the state there, at the method's full order. A step that has gone past
-    /// `t` is taken again, shorter; the length of the steps that follow is not affected.
+    /// `t` is taken again, shorter; the length of the steps that follow is not affected. At the
+    /// very time of an event it is the state after it.
     ///
     /// # Errors
-    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`] and
-    /// [`DynamicsError::StepUnderflow`] when the integration cannot go on.
+    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`],
+    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] when the integration cannot
+    /// go on.
     pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
@@ -320,7 +331,9 @@ impl Integrator {
                 tangents.rewind(start);
             }
             if let Some(events) = &mut self.events {
-                events.pending.clear();
+                with_stepper!(&self.engine, stepper => {
+                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                });
             }
         }
         while self.time() < t {
@@ -331,10 +344,10 @@ impl Integrator {
 
     /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
     /// reached is `limit`. Returns the guards crossed, none for the limit; the state is the one
-    /// after the crossing.
+    /// after the crossing, and times before it are out of reach.
     ///
     /// # Errors
-    /// As [`Integrator::land`], and [`DynamicsError::Chatter`].
+    /// As [`Integrator::land`].
     pub fn next_event<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -364,6 +377,13 @@ impl Integrator {
         let tangents = self.tangents.as_ref()?;
         let growth = tangents.growth(self.time())?;
         Some(growth.spectrum(tangents.dimension()))
+    }
+
+    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
+    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
+    pub fn convergence(&self) -> Option<Convergence> {
+        let growth = self.tangents.as_ref()?.growth(self.time())?;
+        Some(growth.convergence())
     }
 
     /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
@@ -432,6 +452,7 @@ impl Integrator {
         let Self {
             engine,
             pace,
+            max_step,
             events,
             tangents,
             ..
@@ -446,8 +467,9 @@ impl Integrator {
             if let Some(events) = events {
                 if !held {
                     events.overrun(switching(sys), stepper.end_time, &stepper.end);
+                    events.pass(stepper.end_time, *max_step);
                     pace.tally.overrun += 1;
-                } else if events.find(switching(sys), stepper) {
+                } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
                 }
             }
@@ -488,7 +510,7 @@ impl Integrator {
                         tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
                     }
                     switching.cross(guard, t, &mut stepper.end, &mut events.status);
-                    events.crossed.push(guard);
+                    events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
                         let after = (events.status.as_slice(), stepper.end.as_slice());
@@ -496,9 +518,9 @@ impl Integrator {
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
-                let chatters = events.count(together, t, self.max_step);
+                let chatters = events.count(t, self.max_step);
                 if chatters && !continuous {
-                    let crossings = events.crossings();
+                    let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
                 events.look(switching, t, &stepper.end);

@@ -16,9 +16,16 @@
 //! | [`Method::Tsit54`] | Tsitouras 5(4) | direct | adaptive | 5 | 4 |
 //! | [`Method::Rk4`] | classical | direct | fixed | 4 | 4 in value (cubic Hermite) |
 //!
-//! Orders are those of the global error on a smooth problem. Contact forces have kinks; the
-//! methods step through them and the error estimate shortens the steps where a kink matters.
-//! Stopping at each kink costs more than it brings at relative errors above about 1e-6.
+//! Orders are those of the global error on a smooth problem. Contact forces have kinks, impacts and
+//! dry friction have jumps. There are two ways through them:
+//!
+//! * *Evaluate-through*, without further ado: the law is taken anew at each stage. The methods step
+//!   over the kinks, and the error estimate shortens the steps where a kink matters. The order is lost,
+//!   which costs little at relative errors above about 1e-6.
+//! * *Exact* ([`Integrator::with_events`], for a system with [`Switching`]): the law is held while a
+//!   step lasts, and the step ends where a guard falls through zero. Kinks and jumps then cost no
+//!   order. The fall is found on the dense output; an event costs one call of the force, and what
+//!   is thrown away of the step that it cuts.
 //!
 //! # Example
 //!
@@ -74,7 +81,7 @@ pub use control::Accuracy;
 pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method};
-pub use lyapunov::{Attractor, Exponent, LyapunovSpectrum, Sign};
+pub use lyapunov::{Attractor, Convergence, Exponent, LyapunovSpectrum, Sign};
 pub use switching::Switching;
 pub use system::System;
 pub use tally::Tally;

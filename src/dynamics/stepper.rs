@@ -103,16 +103,22 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
         self.end_slope
             .copy_from_slice(&self.slopes[(S - 1) * dim..]);
         self.reach_time = self.end_time;
-        self.follow();
+        // The record stays at the end, where the next step takes it from.
+        self.anchor();
     }
 
     /// Lets the next step start where the last one ended.
     pub fn follow(&mut self) {
+        self.anchor();
+        self.hand_over_record();
+    }
+
+    /// Puts the start of the step at its end.
+    fn anchor(&mut self) {
         let dim = self.dim();
         self.start_time = self.end_time;
         self.start.copy_from_slice(&self.end);
         self.slopes[..dim].copy_from_slice(&self.end_slope);
-        self.hand_over_record();
     }
 
     /// Takes the last step back.

@@ -1,10 +1,16 @@
 //! Tests of the integrators as a whole.
 
+mod closed_form;
 mod contact;
+mod events;
+mod exponents;
 mod hard_cases;
+mod jumps;
 mod orders;
 mod reference;
+mod springs;
 mod systems;
+mod tangents;
 
 use super::{Accuracy, Integrator, Method, System};
 

@@ -280,6 +280,46 @@ fn draw_mark(
             let dots = points.map(|p| Circle::new(p, radius, style));
             chart.draw_series(dots)?;
         }
+        Mark::Band { spans, color: c } => {
+            let spans = spans.iter().filter(|s| s.iter().all(|v| v.is_finite()));
+            // The library cuts lines off at the axes, but not what they enclose.
+            let end = |s: &[f64; 3], k: usize| {
+                let (x, y) = at([s[0], s[k]]);
+                (x.clamp(left, right), y.clamp(low, high))
+            };
+            let lower = spans.clone().map(|s| end(s, 1));
+            let upper = spans.clone().rev().map(|s| end(s, 2));
+            let outline: Vec<_> = lower.chain(upper).collect();
+            if outline.len() > 2 {
+                chart.draw_series([Polygon::new(outline, color(*c).mix(0.2).filled())])?;
+            }
+        }
+        Mark::Intervals { spans, color: c } => {
+            let style = color(*c).stroke_width(3 * FINE / 2);
+            let cap = units(3.0);
+            let spans = spans.iter().filter(|s| s.iter().all(|v| v.is_finite()));
+            for &[x, from, to] in spans {
+                let (x, from) = at([x, from]);
+                let (_, to) = at([x, to]);
+                if x < left || x > right || to < low || from > high {
+                    continue;
+                }
+                let stroke = vec![(x, from.max(low)), (x, to.min(high))];
+                chart.draw_series([PathElement::new(stroke, style)])?;
+                let ends = [from, to].into_iter().filter(|y| (low..=high).contains(y));
+                let caps = ends.map(|y| {
+                    EmptyElement::at((x, y)) + PathElement::new(vec![(-cap, 0), (cap, 0)], style)
+                });
+                chart.draw_series(caps)?;
+            }
+        }
+        Mark::Level { y } => {
+            let y = panel.y.place(*y);
+            if (low..=high).contains(&y) {
+                let style = color(style::INK).stroke_width(FINE);
+                chart.draw_series([PathElement::new(vec![(left, y), (right, y)], style)])?;
+            }
+        }
         Mark::Upright { x, words, color: c } => {
             let x = panel.x.place(*x);
             let style = color(*c).stroke_width(FINE);

@@ -1,13 +1,15 @@
 //! Pictures on disk: SVG and PNG, with the program's own font.
 //!
 //! A [`Figure`] is a grid of [`Panel`]s; a panel has two axes and marks upon them. What figures
-//! a subject has is said in one file a subject; [`signal_figures`] draws the report on a signal.
+//! a subject has is said in one file a subject; [`signal_figures`] draws the report on a signal,
+//! [`lyapunov_figure`] the exponents of a scene.
 //!
 //! The SVG is the figure; the PNG is that SVG, drawn at twice its size. Both come out the same,
 //! byte for byte, on every machine: no font and no library of the system is asked.
 
 mod draw;
 mod error;
+mod lyapunov;
 mod panel;
 mod raster;
 mod signal;
@@ -17,6 +19,7 @@ mod style;
 mod tests;
 
 pub use error::FigureError;
+pub use lyapunov::lyapunov_figure;
 pub use panel::{Axis, Mark, Panel, Scale};
 pub use signal::signal_figures;
 

@@ -60,6 +60,27 @@ pub enum Mark {
         /// Their name.
         label: String,
     },
+    /// A band between two curves, lightly filled: an interval along an axis. It has no entry in the
+    /// legend; the curve in its middle has one.
+    Band {
+        /// Place on the horizontal axis, lower and upper end; a place without a finite end is left
+        /// out.
+        spans: Vec<[f64; 3]>,
+        /// Its colour, of which it has a fifth.
+        color: Rgb,
+    },
+    /// Upright strokes between two values each, with caps: intervals of single values.
+    Intervals {
+        /// Place on the horizontal axis, lower and upper end; one without a finite end is left out.
+        spans: Vec<[f64; 3]>,
+        /// Their colour.
+        color: Rgb,
+    },
+    /// A level line across the panel, thin and dark: zero, say.
+    Level {
+        /// The value on the vertical axis.
+        y: f64,
+    },
     /// An upright line at a value of the horizontal axis, with words at its top.
     Upright {
         /// Where.

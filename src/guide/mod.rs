@@ -2,6 +2,7 @@
 //!
 //! * [`equations`]: each equation of the paper and where it is; axes, signs, energy.
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
+//! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
 
@@ -10,6 +11,9 @@ pub mod equations {}
 
 #[doc = include_str!("stability.md")]
 pub mod stability {}
+
+#[doc = include_str!("exponents.md")]
+pub mod exponents {}
 
 #[doc = include_str!("peers.md")]
 pub mod peers {}

@@ -168,12 +168,16 @@ pub struct Frame {
     pub patch: Vec<PatchSnapshot>,
     /// Energies, in time order.
     pub energy: Vec<EnergySample>,
-    /// Contact transitions (a node opening or closing between samples) in this frame.
+    /// Contact transitions in this frame: of a joint, nodes opening or closing between samples; of a
+    /// small system, guards crossed.
     pub transitions: u64,
     /// Exponents where they were due in this frame, in time order; none unless asked for.
     pub exponents: Vec<Exponents>,
     /// The second copy, beside the samples; `None` unless asked for.
     pub twin: Option<TwinSamples>,
+    /// Status of a small system at each sample, an index of [`SmallInfo::statuses`]; empty for
+    /// others.
+    pub status: Vec<u8>,
     /// Work of the integrator since the start.
     pub tally: Tally,
     /// Wall time the simulation thread has spent integrating since the start, s.
@@ -252,7 +256,7 @@ impl Header {
     pub fn joint(&self) -> Option<&JointInfo> {
         match &self.subject {
             Subject::Joint(joint) => Some(joint),
-            Subject::Signal(_) => None,
+            Subject::Small(_) | Subject::Signal(_) => None,
         }
     }
 
@@ -264,7 +268,7 @@ impl Header {
     /// Time of the first sample, s.
     pub fn start(&self) -> f64 {
         match &self.subject {
-            Subject::Joint(_) => 0.0,
+            Subject::Joint(_) | Subject::Small(_) => 0.0,
             Subject::Signal(signal) => signal.start,
         }
     }
@@ -316,6 +320,8 @@ impl SectionCoordinate {
 pub enum Subject {
     /// A simulated joint. Samples are the displacement (m) and velocity (m/s) of the probe.
     Joint(JointInfo),
+    /// A simulated small system. Samples are its displacement (m) and velocity (m/s).
+    Small(SmallInfo),
     /// A signal from a file. Displacement and velocity are both the signal in its own unit, and
     /// where a record says m or m/s that unit is meant.
     Signal(SignalInfo),
@@ -344,6 +350,41 @@ pub struct JointInfo {
     pub patch_radius: f64,
     /// Slip speed at the central contact point in steady sliding, m/s.
     pub sliding_speed: f64,
+}
+
+/// The small system of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmallInfo {
+    /// What it is, in a few words: `an impact oscillator`.
+    pub words: String,
+    /// Its natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Highest frequency worth showing, Hz.
+    pub highest_frequency: f64,
+    /// What it can be doing, by the number in [`Frame::status`].
+    pub statuses: Vec<StatusInfo>,
+    /// What its transitions are: `impacts`.
+    pub transition: String,
+}
+
+/// Something that a small system can be doing, for as long as one smooth law holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatusInfo {
+    /// In words: `sticks`.
+    pub label: String,
+    /// By which it is drawn.
+    pub kind: StatusKind,
+}
+
+/// The kinds of status of a small system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StatusKind {
+    /// It moves freely: off the wall, out of contact, sliding the usual way.
+    Free,
+    /// Something holds it: it sticks, rests or touches.
+    Held,
+    /// It moves in another way than usual.
+    Other,
 }
 
 /// A signal that somebody else made.

@@ -11,7 +11,7 @@ use super::analyse::Analyser;
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::outlet::Outlet;
-use super::{PipelineError, Simulation, Sink, Source};
+use super::{PipelineError, Sink, Source, source};
 use crate::scene::Scene;
 
 /// Frames that may wait between simulation and analysis.
@@ -58,7 +58,7 @@ pub fn run(
     sink: &mut dyn Sink,
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
-    drive(Simulation::new(scene)?, command, sink, monitor)
+    drive(source(scene)?, command, sink, monitor)
 }
 
 /// As [`run`], with a source that has been set up before: whatever is wrong with its scene or file

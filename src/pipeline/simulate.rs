@@ -171,13 +171,6 @@ impl Simulation {
         }
     }
 
-    /// The number of samples of the whole run.
-    fn samples(&self) -> u64 {
-        (self.scene.duration * self.scene.sample_rate)
-            .round()
-            .max(1.0) as u64
-    }
-
     /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
     /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
     /// vectors and their growth: exponents of a ramp are averages over it.
@@ -284,7 +277,7 @@ impl Source for Simulation {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        let left = self.samples().saturating_sub(self.next_sample);
+        let left = self.scene.samples().saturating_sub(self.next_sample);
         if left == 0 {
             return Ok(None);
         }
@@ -344,7 +337,7 @@ impl Source for Simulation {
     }
 
     fn is_over(&self) -> bool {
-        self.next_sample >= self.samples()
+        self.next_sample >= self.scene.samples()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Where frames come from.
 
-use super::PipelineError;
 use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
-use crate::scene::{AnalysisSpec, SectionSurface, StateCoordinate};
+use super::{PipelineError, Simulation, SmallSimulation};
+use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
 
 /// Gives the frames of a run, one after another: a [`Simulation`](super::Simulation), or the
 /// [`Playback`](super::Playback) of a signal that somebody else made.
@@ -21,6 +21,35 @@ pub trait Source: Send {
 
     /// Whether the last frame has been given.
     fn is_over(&self) -> bool;
+}
+
+/// The simulation of what a scene runs.
+///
+/// # Errors
+/// As [`Simulation::new`] and [`SmallSimulation::new`].
+pub fn source(scene: &Scene) -> Result<Box<dyn Source>, PipelineError> {
+    Ok(match scene.subject {
+        SubjectSpec::Joint(_) => Box::new(Simulation::new(scene)?),
+        SubjectSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
+    })
+}
+
+impl Source for Box<dyn Source> {
+    fn header(&self, command: &str) -> Header {
+        self.as_ref().header(command)
+    }
+
+    fn analysis(&self) -> &AnalysisSpec {
+        self.as_ref().analysis()
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
+        self.as_mut().next_frame()
+    }
+
+    fn is_over(&self) -> bool {
+        self.as_ref().is_over()
+    }
 }
 
 /// The analyses by the records that they make, for a header.

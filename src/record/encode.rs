@@ -19,8 +19,9 @@ use super::{
     regime,
     samples::{self, Samples, Waveform},
     section::Section,
+    small::SmallFrames,
     spectrum::{self, Spectrogram, SpectrumPlot},
-    text,
+    style, text,
 };
 use crate::{
     analysis::Verdict,
@@ -50,6 +51,8 @@ pub struct Encoder {
 enum Frames {
     /// Those of a joint.
     Joint(Box<JointFrames>),
+    /// Those of a small system.
+    Small(Box<SmallFrames>),
     /// Those of a signal from a file.
     Signal(Waveform),
 }
@@ -67,6 +70,11 @@ impl Frames {
     fn new(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<Self, RecordError> {
         let joint = match &header.subject {
             Subject::Joint(joint) => joint,
+            Subject::Small(small) => {
+                samples::name_health(rec)?;
+                portrait::style_point(rec)?;
+                return Ok(Self::Small(Box::new(SmallFrames::new(rec, small)?)));
+            }
             Subject::Signal(signal) => return Ok(Self::Signal(Waveform::new(rec, signal)?)),
         };
         samples::name_health(rec)?;
@@ -75,7 +83,7 @@ impl Frames {
             samples: Samples::new(rec, joint)?,
             patch: Patch::new(rec, joint)?,
             body: Body::new(rec, joint, spec.body_rate, spec.exaggeration)?,
-            portrait: Portrait::new(),
+            portrait: Portrait::new(portrait::TRAIL, vec![style::SIGNAL]),
         })))
     }
 
@@ -87,6 +95,7 @@ impl Frames {
                 joint.body.push(rec, frame)?;
                 joint.portrait.push(rec, frame)
             }
+            Self::Small(small) => small.push(rec, frame),
             Self::Signal(waveform) => waveform.push(rec, frame),
         }
     }
@@ -98,6 +107,7 @@ impl Frames {
                 joint.patch.finish(rec)?;
                 joint.body.finish(rec)
             }
+            Self::Small(small) => small.finish(rec),
             Self::Signal(waveform) => waveform.finish(rec),
         }
     }
@@ -213,7 +223,7 @@ impl Encoder {
             },
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
-                Frames::Joint(_) => samples::log_health(rec, health),
+                Frames::Joint(_) | Frames::Small(_) => samples::log_health(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
@@ -222,9 +232,9 @@ impl Encoder {
         }
     }
 
-    /// The verdict; of a signal, which has no narrator, it is also what is being seen.
+    /// The verdict; of what has no narrator it is also what is being seen.
     fn draw_regime(
-        &self,
+        &mut self,
         rec: &RecordingStream,
         time: f64,
         window: f64,
@@ -232,9 +242,14 @@ impl Encoder {
     ) -> Result<(), RecordError> {
         let header = &self.header;
         regime::draw_verdict(rec, header, time, window, verdict)?;
-        match header.subject {
-            Subject::Joint(_) => Ok(()),
-            Subject::Signal(_) => text::narrate(rec, header, time, &regime::words(verdict)),
+        let words = regime::words(verdict);
+        match &mut self.frames {
+            Frames::Joint(_) => Ok(()),
+            Frames::Small(small) => {
+                let words = format!("{words}\n{}", small.doing());
+                text::narrate(rec, header, time, &words)
+            }
+            Frames::Signal(_) => text::narrate(rec, header, time, &words),
         }
     }
 

@@ -49,6 +49,7 @@ mod regime;
 mod samples;
 mod section;
 mod sink;
+mod small;
 mod spectrum;
 mod stream;
 mod style;

@@ -17,6 +17,8 @@ pub const LOG: &str = "log";
 pub const DISPLACEMENT: &str = "probe/displacement";
 /// Velocity of the probe, mm/s.
 pub const VELOCITY: &str = "probe/velocity";
+/// What a small system is doing: flying, sticking, touching.
+pub const STATUS: &str = "probe/status";
 /// Samples of a signal from a file, in its own unit.
 pub const WAVEFORM: &str = "signal";
 /// Tilt of the load, degrees.

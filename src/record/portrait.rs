@@ -13,9 +13,9 @@ use super::{
 };
 use crate::pipeline::message::{Frame, Subject};
 
-/// Length of the trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
+/// Length of a joint's trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
 /// tones a quarter of a kHz apart, so that a torus has closed before it fades.
-const TRAIL: f64 = 20e-3;
+pub const TRAIL: f64 = 20e-3;
 /// The present point is logged every this many samples.
 const POINT_EVERY: usize = 10;
 /// Side of the field, pixels.
@@ -28,16 +28,51 @@ const PIECES: usize = 8;
 /// The phase portrait of the probe.
 #[derive(Debug)]
 pub struct Portrait {
-    /// (displacement in m, velocity in m/s) of the last frames, oldest first.
-    trail: VecDeque<Vec<[f64; 2]>>,
+    /// Length of the trail, s.
+    length: f64,
+    /// Colours of the trail by status; the first one where there is none.
+    colors: Vec<Color>,
+    /// The last frames, oldest first.
+    trail: VecDeque<Piece>,
     scales: [FullScale; 2],
     drawn: bool,
 }
 
-impl Portrait {
-    /// Starts empty; the axes are drawn with the first frame.
-    pub fn new() -> Self {
+/// A frame of the trail.
+#[derive(Debug)]
+struct Piece {
+    /// Displacement in m, velocity in m/s.
+    points: Vec<[f64; 2]>,
+    /// Stretches of one status: the number of points and the status.
+    stretches: Vec<(usize, u8)>,
+}
+
+impl Piece {
+    fn new(frame: &Frame) -> Self {
+        let points = frame.displacement.iter().zip(&frame.velocity);
+        let stretches = frame.status.chunk_by(|a, b| a == b);
+        let mut stretches: Vec<_> = stretches.map(|same| (same.len(), same[0])).collect();
+        if stretches.is_empty() {
+            stretches.push((frame.len(), 0));
+        }
         Self {
+            points: points.map(|(&u, &v)| [u, v]).collect(),
+            stretches,
+        }
+    }
+
+    fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
+        self.points.iter()
+    }
+}
+
+impl Portrait {
+    /// Starts empty; the axes are drawn with the first frame. The trail is `length` (s) long, and
+    /// has one of the colours by the status of the samples.
+    pub fn new(length: f64, colors: Vec<Color>) -> Self {
+        Self {
+            length,
+            colors,
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             drawn: false,
@@ -75,10 +110,10 @@ impl Portrait {
         if frame.is_empty() {
             return Ok(());
         }
-        let points = frame.displacement.iter().zip(&frame.velocity);
-        let points: Vec<_> = points.map(|(&u, &v)| [u, v]).collect();
-        let keep = (TRAIL / (frame.dt * frame.len() as f64)).ceil().max(1.0) as usize;
-        self.trail.push_back(points);
+        let keep = (self.length / (frame.dt * frame.len() as f64))
+            .ceil()
+            .max(1.0) as usize;
+        self.trail.push_back(Piece::new(frame));
         while self.trail.len() > keep {
             self.trail.pop_front();
         }
@@ -86,7 +121,7 @@ impl Portrait {
         let mut changed = !self.drawn;
         self.drawn = true;
         for (c, scale) in self.scales.iter_mut().enumerate() {
-            let all = self.trail.iter().flatten();
+            let all = self.trail.iter().flat_map(Piece::points);
             let peak = all.map(|p| p[c].abs()).fold(0.0, f64::max);
             changed |= scale.update(peak, SMALLEST[c]);
         }
@@ -105,14 +140,22 @@ impl Portrait {
         frame: &Frame,
     ) -> Result<(), RecordError> {
         let pieces = self.trail.len();
-        let strips = (0..pieces).map(|k| {
-            // Each piece runs on to the first point of the next, without a gap.
-            let next = self.trail.get(k + 1).and_then(|piece| piece.first());
-            let points = self.trail[k].iter().chain(next);
-            points.map(|p| field.at(*p)).collect::<Vec<_>>()
-        });
+        let mut strips = Vec::new();
+        let mut colors = Vec::new();
+        for (k, piece) in self.trail.iter().enumerate() {
+            // Each stretch runs on to the first point of the next, without a gap.
+            let next = self.trail.get(k + 1).and_then(|piece| piece.points.first());
+            let mut start = 0;
+            for &(length, status) in &piece.stretches {
+                let (stretch, rest) = piece.points[start..].split_at(length);
+                let points = stretch.iter().chain(rest.first().or(next));
+                strips.push(points.map(|p| field.at(*p)).collect::<Vec<_>>());
+                colors.push(fade(self.colors[usize::from(status)], k + 1, pieces));
+                start += length;
+            }
+        }
         let trail = LineStrips2D::new(strips)
-            .with_colors((0..pieces).map(|k| fade(k + 1, pieces)))
+            .with_colors(colors)
             .with_radii([Radius::new_ui_points(0.7)]);
         stream::log_at(rec, paths::PORTRAIT_TRAIL, frame.t0, &trail)
     }
@@ -146,10 +189,10 @@ fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(),
     stream::send_rows(rec, paths::PORTRAIT_NOW, &times, columns)
 }
 
-/// Colour of piece `k` (1 oldest) of `count`.
-pub fn fade(k: usize, count: usize) -> Color {
+/// A colour in piece `k` (1 oldest) of `count`.
+pub fn fade(color: Color, k: usize, count: usize) -> Color {
     let age = k as f32 / count as f32;
-    style::faded(style::SIGNAL, 0.18 + 0.82 * age.powi(2))
+    style::faded(color, 0.18 + 0.82 * age.powi(2))
 }
 
 /// Looks of the present point, for all times.
@@ -178,7 +221,7 @@ impl Embedding {
     /// Starts empty. A displacement swings about zero; a signal may have any mean.
     pub fn new(subject: &Subject) -> Self {
         let (middle, smallest) = match subject {
-            Subject::Joint(_) => (0.0, SMALLEST[0]),
+            Subject::Joint(_) | Subject::Small(_) => (0.0, SMALLEST[0]),
             Subject::Signal(signal) => style::range_shown(signal.span),
         };
         Self {
@@ -219,7 +262,7 @@ impl Embedding {
             .collect();
         let count = pieces.len();
         let trail = LineStrips3D::new(pieces)
-            .with_colors((0..count).map(|k| fade(k + 1, count)))
+            .with_colors((0..count).map(|k| fade(style::SIGNAL, k + 1, count)))
             .with_radii([Radius::new_ui_points(0.8)]);
         stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
     }

@@ -59,10 +59,14 @@ impl Coordinate {
             mode.map_or_else(|| format!("mode {index}"), |mode| mode.label.clone())
         };
         let letter = style::letter(&header.subject);
+        let small = matches!(header.subject, Subject::Small(_));
         let (name, quantity) = match coordinate {
             SectionCoordinate::Delayed(0) => (format!("{letter}(t)"), None),
             SectionCoordinate::Delayed(1) => (format!("{letter}(t + τ)"), None),
             SectionCoordinate::Delayed(n) => (format!("{letter}(t + {n}τ)"), None),
+            // Of a mass of 1 kg the modal coordinate is the displacement.
+            SectionCoordinate::Q(_) if small => ("x".to_owned(), Some(Quantity::Length)),
+            SectionCoordinate::Qdot(_) if small => ("dx/dt".to_owned(), Some(Quantity::Speed)),
             SectionCoordinate::Q(index) => (format!("q, {}", mode(index)), Some(Quantity::Modal)),
             SectionCoordinate::Qdot(index) => (
                 format!("dq/dt, {}", mode(index)),
@@ -70,7 +74,7 @@ impl Coordinate {
             ),
         };
         let (middle, smallest) = match &header.subject {
-            Subject::Joint(_) => (0.0, 1e-12),
+            Subject::Joint(_) | Subject::Small(_) => (0.0, 1e-12),
             Subject::Signal(signal) => style::range_shown(signal.span),
         };
         Self {
@@ -191,7 +195,7 @@ fn draw_cloud(
 ) -> Result<(), RecordError> {
     let count = points.len();
     let points = Points2D::new(points)
-        .with_colors((1..=count).map(|k| portrait::fade(k, count)))
+        .with_colors((1..=count).map(|k| portrait::fade(style::SIGNAL, k, count)))
         .with_radii([Radius::new_ui_points(1.8)]);
     stream::log_at(rec, path, time, &points)
 }

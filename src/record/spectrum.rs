@@ -20,7 +20,7 @@ const NAME_HEIGHT: f32 = 24.0;
 /// viewer writes at a fixed size whatever the size of the picture.
 const LETTER: f32 = 8.0;
 const NAME_PADDING: f32 = 16.0;
-/// Levels at the two ends of the colour map, dB: of a joint relative to 1 mm/s, of a signal from a
+/// Levels at the two ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a
 /// file relative to its own scale.
 const JOINT_LEVELS: [f32; 2] = [-70.0, 25.0];
 const SIGNAL_LEVELS: [f32; 2] = [-95.0, 0.0];
@@ -39,6 +39,7 @@ fn highest_frequency(header: &Header) -> f64 {
             let modes = joint.modes.iter().map(|mode| mode.frequency_hz);
             (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
         }
+        Subject::Small(small) => small.highest_frequency,
         Subject::Signal(signal) => signal.highest_frequency,
     }
 }
@@ -66,7 +67,7 @@ pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
     let frequency = Quantity::Frequency.unit(highest);
     let amplitude = Quantity::velocity(&header.subject).unit(1.0);
     let (name, bottom, top) = match &header.subject {
-        Subject::Joint(_) => ("amplitude of the velocity", -4, 2),
+        Subject::Joint(_) | Subject::Small(_) => ("amplitude of the velocity", -4, 2),
         Subject::Signal(signal) => {
             let top = full_scale(signal).log10().ceil() as i32;
             ("amplitude", top - 7, top)
@@ -337,7 +338,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
     let hz = Quantity::Frequency.unit(highest);
     let time = Quantity::Time.unit(duration);
     let ([low, high], zero, offset) = match &header.subject {
-        Subject::Joint(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
+        Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
         Subject::Signal(signal) => {
             let full = full_scale(signal);
             let words = Quantity::velocity(&header.subject).words(full);

@@ -206,7 +206,7 @@ impl Quantity {
     /// What displacements of this subject measure.
     pub fn displacement(subject: &Subject) -> Self {
         match subject {
-            Subject::Joint(_) => Self::Length,
+            Subject::Joint(_) | Subject::Small(_) => Self::Length,
             Subject::Signal(signal) => Self::Own(signal.unit.clone()),
         }
     }
@@ -214,7 +214,7 @@ impl Quantity {
     /// What velocities of this subject measure.
     pub fn velocity(subject: &Subject) -> Self {
         match subject {
-            Subject::Joint(_) => Self::Speed,
+            Subject::Joint(_) | Subject::Small(_) => Self::Speed,
             Subject::Signal(signal) => Self::Own(signal.unit.clone()),
         }
     }
@@ -278,11 +278,11 @@ pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
     (1e-4 * 0.5 * (high - low)).max(least)
 }
 
-/// The letter of the samples on axes: u for a displacement, x for a signal from a file.
+/// The letter of the samples on axes: u for a joint's displacement, x for others.
 pub fn letter(subject: &Subject) -> &'static str {
     match subject {
         Subject::Joint(_) => "u",
-        Subject::Signal(_) => "x",
+        Subject::Small(_) | Subject::Signal(_) => "x",
     }
 }
 

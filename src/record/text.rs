@@ -13,6 +13,7 @@ use crate::pipeline::message::{AnalysisKind, Header, JointInfo, SignalInfo, Subj
 /// How to read the views that the run has.
 fn reading(header: &Header) -> String {
     let joint = header.joint().is_some();
+    let small = matches!(header.subject, Subject::Small(_));
     let has = |kind| header.has(kind);
     let rows = [
         (
@@ -26,6 +27,14 @@ fn reading(header: &Header) -> String {
         (
             joint,
             "**Phase portrait** | velocity against displacement of the contact's centre along the sliding, the last 20 ms: a closed loop is a pure tone, a woven band a torus, a tangle chaos",
+        ),
+        (
+            small,
+            "**Phase portrait** | velocity against displacement, the last forty natural periods, in the colour of what the system does: a closed loop is periodic, a tangle chaos",
+        ),
+        (
+            small,
+            "**What it does** | the smooth law that holds, from one jump or kink to the next: steps end exactly there; the time series have the same colours",
         ),
         (
             has(AnalysisKind::Recurrence),
@@ -91,7 +100,7 @@ fn moving(header: &Header) -> &'static str {
         Subject::Joint(_) => {
             "Drag the cursor at the bottom, or press play: it runs a hundred times slower than life."
         }
-        Subject::Signal(_) => "Drag the cursor at the bottom, or press play.",
+        Subject::Small(_) | Subject::Signal(_) => "Drag the cursor at the bottom, or press play.",
     }
 }
 
@@ -125,6 +134,7 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
         moving = moving(header),
         subject = match &header.subject {
             Subject::Joint(joint) => joint_about(header, joint),
+            Subject::Small(_) => scene_about(header),
             Subject::Signal(signal) => signal_about(header, signal),
         },
         version = crate::VERSION,
@@ -134,6 +144,9 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
     let opening = match header.subject {
         Subject::Joint(_) => {
             "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed."
+        }
+        Subject::Small(_) => {
+            "## It starts\n\nA few periods pass before its kind of motion can be told."
         }
         Subject::Signal(_) => "## A signal\n\nNothing is known of it yet.",
     };
@@ -149,9 +162,17 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
         .collect();
     format!(
         "## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
-         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n\
+         {scene}\
          Model: J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, \
          Lubricants 2022, 10, 201.\n\n",
+        scene = scene_about(header),
+    )
+}
+
+/// The scene.
+fn scene_about(header: &Header) -> String {
+    format!(
+        "## Scene `{scene}`\n\n```toml\n{text}\n```\n\n",
         scene = header.scene,
         text = header.scene_text.trim_end(),
     )
@@ -192,6 +213,11 @@ pub fn narrate(
             ball = 2e3 * joint.ball_radius,
             load = style::short(joint.load),
             speed = 1e3 * joint.sliding_speed,
+        ),
+        Subject::Small(small) => format!(
+            "This is {}, with a natural frequency of {}.",
+            small.words,
+            Quantity::Frequency.words(small.frequency_hz),
         ),
         Subject::Signal(signal) => format!(
             "`{}`, {} samples a second, {} long.",
@@ -264,6 +290,18 @@ pub fn summarise(
             calls = summary.tally.calls,
             transitions = summary.transitions,
             audit = summary.audit,
+        ),
+        Subject::Small(ref small) => format!(
+            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \
+             time; {steps} steps, {rejections} rejected, {calls} right-hand sides, {transitions} {what}",
+            amplitude = 1e6 * summary.amplitude,
+            peak = 1e3 * summary.peak_velocity,
+            factor = summary.real_time_factor,
+            steps = summary.tally.steps,
+            rejections = summary.tally.rejections,
+            calls = summary.tally.calls,
+            transitions = summary.transitions,
+            what = small.transition,
         ),
         Subject::Signal(_) => {
             let quantity = Quantity::displacement(&header.subject);

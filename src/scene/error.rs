@@ -73,6 +73,15 @@ pub enum SceneError {
         /// What it runs.
         subject: &'static str,
     },
+    /// A small system is needed, and the scene runs a joint.
+    #[error(
+        "the scene `{scene}` runs a ball joint, and this needs a small system; take a scene with a \
+         table such as [impact_oscillator]"
+    )]
+    NoSmallSystem {
+        /// Name of the scene.
+        scene: String,
+    },
     /// The content is at fault.
     #[error("{at}: {fault}")]
     Content {

@@ -13,6 +13,8 @@ mod units;
 mod validate;
 
 #[cfg(test)]
+mod small_tests;
+#[cfg(test)]
 mod tests;
 
 pub use error::{Fault, Place, SceneError, SceneWarning};

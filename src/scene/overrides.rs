@@ -32,6 +32,22 @@ impl Scene {
         Ok(self)
     }
 
+    /// The same scene with another relative tolerance of its integrator; 1e-13 to 0.01.
+    ///
+    /// # Errors
+    /// When the tolerance is out of range.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SceneError> {
+        self.integrator.tolerance = self.overridden(&keys::TOLERANCE, tolerance)?;
+        Ok(self)
+    }
+
+    /// The same scene with another seed of its random kick.
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.start.seed = seed;
+        self.note(keys::SEED.path, seed);
+        self
+    }
+
     /// What is allowed in this scene but probably not meant.
     pub fn warnings(&self) -> Vec<SceneWarning> {
         let mut warnings = Vec::new();
@@ -82,14 +98,17 @@ impl Scene {
         let value = key.kind.accept(stated).map_err(|mismatch| {
             mismatched(key, mismatch, self.place_of_override(), stated.to_string())
         })?;
+        self.note(key.path, stated);
+        Ok(value)
+    }
+
+    /// Notes a value taken in place of a key's at the end of the recorded text.
+    fn note(&mut self, path: &str, stated: impl std::fmt::Display) {
         if !self.text.ends_with('\n') {
             self.text.push('\n');
         }
-        self.text.push_str(&format!(
-            "# overridden for this run: {} = {stated}\n",
-            key.path
-        ));
-        Ok(value)
+        self.text
+            .push_str(&format!("# overridden for this run: {path} = {stated}\n"));
     }
 
     fn place_of_override(&self) -> Place {

@@ -32,6 +32,13 @@ pub struct Scene {
     pub record: RecordSpec,
 }
 
+impl Scene {
+    /// The number of samples of the whole run, at least one.
+    pub fn samples(&self) -> u64 {
+        (self.duration * self.sample_rate).round().max(1.0) as u64
+    }
+}
+
 /// The initial state: at the steady-sliding equilibrium (of a small system: at a given place and
 /// velocity), with a random kick of the modal velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -87,7 +87,7 @@ fn every_default_is_valid() {
     assert_eq!(chaos.method, DivergenceMethod::Rosenstein);
     assert!(scene.analysis.delay.is_some() && scene.analysis.regime.is_some());
     assert_eq!(
-        scene.analysis.section.expect("asked for").surface,
+        scene.analysis.section.as_ref().expect("asked for").surface,
         SectionSurface::Delay {
             lag: Setting::Given(60e-6),
             level: 0.0

@@ -16,8 +16,9 @@ use crate::dynamics::{Differentiable, Switching, System};
 ///
 /// Pressed against the wall, it bounces infinitely often in a finite time, and then rests there
 /// until the force that presses it falls through zero. Two statuses therefore: *flying* and
-/// *resting*. A rebound counts as the last one if the next flight, `2 v+ / press`, would be too
-/// brief for the time to tell its ends apart.
+/// *resting*. A rebound counts as the last one if the next flight would be too brief, `2 v+ / press`,
+/// or too low, `v+^2 / (2 press)`, for the rounding of the time and of the wall's place: from there
+/// on the bounces would be made of rounding. With the wall at zero only the time counts.
 ///
 /// The wall is met by a reset map, so that it is there only where steps stop at events.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +37,11 @@ pub struct ImpactOscillator {
     pub restitution: f64,
 }
 
-/// Flights briefer than this, relative to the time, end the bouncing.
-const BRIEFEST: f64 = 16.0 * f64::EPSILON;
+/// A flight that lasts no longer than this, relative to the time, is made of rounding.
+const BRIEF: f64 = 64.0 * f64::EPSILON;
+
+/// A flight that rises no higher than this, relative to the place of the wall, is made of rounding.
+const LOW: f64 = 16.0 * f64::EPSILON;
 
 impl ImpactOscillator {
     /// Status: above the wall, or just bouncing off.
@@ -65,8 +69,11 @@ impl ImpactOscillator {
     /// bouncing ends.
     fn rebound(&self, t: f64, v: f64) -> Option<f64> {
         let after = if v < 0.0 { -self.restitution * v } else { v };
-        let press = self.press(t);
-        let ends = press > 0.0 && 2.0 * after <= BRIEFEST * t.abs() * press;
+        let (press, r) = (self.press(t), self.restitution);
+        // Each bounce adds its rounding; their sum, a geometric series, is what must not be met.
+        let brief = (1.0 - r) * 2.0 * after <= BRIEF * t.abs() * press;
+        let low = (1.0 - r * r) * after * after <= LOW * self.wall.abs() * 2.0 * press;
+        let ends = press > 0.0 && (brief || low);
         (!ends).then_some(after)
     }
 }

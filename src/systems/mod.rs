@@ -5,11 +5,23 @@
 //! | [`ImpactOscillator`] | a reset: the velocity turns round at a wall | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t)`, `x >= wall`, `v+ = -r v-` |
 //! | [`MassOnBelt`] | a force with a sign, and true sticking | `x'' + 2 zeta omega x' + omega^2 x = -n mu sign(x' - belt)` |
 //! | [`DampedContact`] | a force that jumps at lift-off | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t) + contact`, `contact = -(k x + c x')/m` while `x < 0` |
+//! | [`Lorenz`] | chaos, and a known sum of exponents | `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z` |
+//! | [`Roessler`] | chaos | `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)` |
+//! | [`HenonHeiles`] | energy kept, exponents in pairs | `x'' + x = -2 x y`, `y'' + y = y^2 - x^2` |
 
 mod belt;
 mod damped_contact;
+mod henon_heiles;
 mod impact;
+mod lorenz;
+mod roessler;
 
 pub use belt::MassOnBelt;
 pub use damped_contact::DampedContact;
+pub use henon_heiles::HenonHeiles;
 pub use impact::ImpactOscillator;
+pub use lorenz::Lorenz;
+pub use roessler::Roessler;
+
+#[cfg(test)]
+mod tests;

@@ -27,7 +27,7 @@ const HOMES: &[(u32, &str)] = &[
     (20, "dynamics/differentiable.rs"),
     (21, "dynamics/tangents/mod.rs"),
     (22, "dynamics/tangents/mod.rs"),
-    (23, "dynamics/lyapunov/mod.rs"),
+    (23, "dynamics/lyapunov/growth.rs"),
     (24, "joint/system.rs"),
     (25, "analysis/delay/embedding.rs"),
     (26, "analysis/recurrence/plot.rs"),

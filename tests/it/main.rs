@@ -6,9 +6,13 @@ mod analyse;
 mod cli;
 mod convergence;
 mod equations;
+mod exponents;
 mod export;
 mod laws;
 mod layering;
+#[cfg(feature = "cli")]
+mod lyapunov;
 mod pipeline;
 mod scenes;
 mod stability;
+mod tangent;

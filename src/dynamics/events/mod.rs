@@ -4,12 +4,34 @@
 //! order. Afterwards the guards are looked at along the dense output of the step. Where one has
 //! fallen through zero, the first such instant is located, and the step is cut there; all guards
 //! negative just after it belong to the same event.
+//!
+//! # Where a step is looked at
+//!
+//! At its middle and its end (its start is the end of the one before). That is all where each guard
+//! is further from zero than it has moved between these places. Otherwise the quarters are looked at,
+//! too: the five values determine a guard as well as the dense output does, which is of order 4.
+//! A guard that dips below zero and comes back between two places is told by the parabola through
+//! three of them, within the third differences, and its minimum is then sought on the dense output
+//! itself. What escapes is a dip that five values of the step do not show, which is below the
+//! error of the dense output.
+//!
+//! A dip that comes to zero within the rounding of the guard is a grazing: it is counted and not
+//! crossed.
 
-use super::Switching;
+mod dip;
+mod root;
+
 use super::stepper::{Picture, Stepper};
+use super::{Switching, Tally};
 
-/// Places along a step, beside its start, at which the guards are looked at.
-const LOOKS: usize = 4;
+/// Quarters of a step: its start, and so many places after it.
+const QUARTERS: usize = 4;
+
+/// Guards this near to zero, relative to their largest value in the step, touch it.
+const TOUCH: f64 = 1e-12;
+
+/// Events within the longest step before they count as chatter.
+pub(super) const CHATTER: usize = 10_000;
 
 /// The status, and the search for the end of its law.
 #[derive(Clone, Debug)]
@@ -18,22 +40,22 @@ pub(super) struct Events {
     pub status: Vec<u8>,
     /// Guards negative at the end of the last step: to be crossed before the next one.
     pub pending: Vec<usize>,
-    /// Guards' values at the places looked at.
-    looks: [Vec<f64>; LOOKS + 1],
-    /// Guards' values at the two ends of the bracket.
+    /// Guards crossed at the last event, in order.
+    pub crossed: Vec<usize>,
+    /// Guards' values at the quarters of the step; the first are known before it is taken.
+    looks: [Vec<f64>; QUARTERS + 1],
+    /// Guards that come near to zero in the step.
+    near: Vec<usize>,
+    /// Guards' values at the two ends of the bracket, and at a place between them.
     above: Vec<f64>,
     below: Vec<f64>,
+    between: Vec<f64>,
     /// A state between the ends of the step.
     state: Vec<f64>,
-    /// Guards crossed at the last event.
-    pub crossed: Vec<usize>,
-    /// Crossings since `window_start`, s: what chatter is measured by.
+    /// Events since `window_start`, s: what chatter is measured by.
     recent: usize,
     window_start: f64,
 }
-
-/// Crossings within the longest step before they count as chatter.
-pub(super) const CHATTER: usize = 10_000;
 
 impl Events {
     /// Ready for a system, with no status yet.
@@ -42,37 +64,60 @@ impl Events {
         Self {
             status: vec![0; switching.status_len()],
             pending: Vec::with_capacity(values.len()),
+            crossed: Vec::with_capacity(values.len() + CHATTER),
             looks: std::array::from_fn(|_| values.clone()),
+            near: Vec::with_capacity(values.len()),
             above: values.clone(),
-            below: values,
+            below: values.clone(),
+            between: values,
             state: vec![0.0; dim],
-            crossed: Vec::new(),
             recent: 0,
             window_start: f64::NEG_INFINITY,
         }
     }
 
-    /// Takes the status of a state, and forgets all crossings.
+    /// Takes the status of a state, and forgets all events.
     pub fn start(&mut self, switching: &dyn Switching, t: f64, z: &[f64]) {
         switching.status_of(t, z, &mut self.status);
-        self.pending.clear();
+        self.look(switching, t, z);
         self.recent = 0;
         self.window_start = t;
     }
 
-    /// Counts crossings at time `t` (s); whether there have been more than [`CHATTER`] within `window` (s).
-    pub fn count(&mut self, crossings: usize, t: f64, window: f64) -> bool {
+    /// Goes on after a step that ran over its guards.
+    pub fn overrun(&mut self, switching: &dyn Switching, t: f64, z: &[f64]) {
+        switching.status_of(t, z, &mut self.status);
+        self.look(switching, t, z);
+        self.pending.clear();
+    }
+
+    /// Takes note of one more event at time `t` (s); whether there have been more than [`CHATTER`]
+    /// within `window` (s).
+    pub fn count(&mut self, t: f64, window: f64) -> bool {
+        self.pass(t, window);
+        self.recent += 1;
+        self.recent > CHATTER
+    }
+
+    /// Forgets the events of a window (s) that is over at time `t` (s).
+    pub fn pass(&mut self, t: f64, window: f64) {
         if t - self.window_start > window {
             self.window_start = t;
             self.recent = 0;
         }
-        self.recent += crossings;
-        self.recent > CHATTER
     }
 
-    /// Crossings in the present window.
-    pub fn crossings(&self) -> usize {
+    /// Events in the present window.
+    pub fn recent(&self) -> usize {
         self.recent
+    }
+
+    /// Takes note of a guard crossed.
+    pub fn note(&mut self, guard: usize) {
+        // Only chatter fills the list; it must not grow while steps are taken.
+        if self.crossed.len() < self.crossed.capacity() {
+            self.crossed.push(guard);
+        }
     }
 
     /// The status to hold in the next step; `None` where the step has to run over its guards.
@@ -80,9 +125,13 @@ impl Events {
         (self.recent <= CHATTER).then_some(self.status.as_slice())
     }
 
-    /// Goes on after a step that ran over its guards.
-    pub fn overrun(&mut self, switching: &dyn Switching, t: f64, z: &[f64]) {
-        self.start(switching, t, z);
+    /// The guards that are negative at a state under the present status become `pending`. The next
+    /// step starts there.
+    pub fn look(&mut self, switching: &dyn Switching, t: f64, z: &[f64]) {
+        switching.guard_values(&self.status, t, z, &mut self.looks[0]);
+        self.pending.clear();
+        let negative = self.looks[0].iter().enumerate().filter(|(_, h)| **h < 0.0);
+        self.pending.extend(negative.map(|(guard, _)| guard));
     }
 
     /// Looks for the first event in the step just taken. If there is one, the step is cut there
@@ -91,77 +140,116 @@ impl Events {
         &mut self,
         switching: &dyn Switching,
         stepper: &mut Stepper<P, S>,
+        tally: &mut Tally,
     ) -> bool {
         self.pending.clear();
-        if switching.guards() == 0 {
+        if self.above.is_empty() {
             return false;
         }
-        let (start, end) = (stepper.start_time, stepper.end_time);
-        let time = |look: usize| start + (end - start) * look as f64 / LOOKS as f64;
-        for look in 1..=LOOKS {
-            let t = if look == LOOKS { end } else { time(look) };
-            stepper.interpolate(t, &mut self.state);
-            let values = &mut self.looks[look];
-            switching.guard_values(&self.status, t, &self.state, values);
-            if values.iter().any(|&h| h < 0.0) {
-                let from = time(look - 1);
-                stepper.interpolate(from, &mut self.state);
-                switching.guard_values(&self.status, from, &self.state, &mut self.above);
-                self.below.copy_from_slice(&self.looks[look]);
-                self.locate(switching, stepper, from, t);
-                return true;
-            }
+        self.look_along(switching, stepper, 2);
+        self.look_along(switching, stepper, 4);
+        if !self.is_doubtful() {
+            self.looks.swap(0, QUARTERS);
+            return false;
         }
+        self.look_along(switching, stepper, 1);
+        self.look_along(switching, stepper, 3);
+        self.list_near();
+        self.smooth_touches();
+        for quarter in 1..=QUARTERS {
+            let high = match self.dip(switching, stepper, quarter, tally) {
+                Some(high) => high,
+                None if self.looks[quarter].iter().any(|&h| h < 0.0) => {
+                    self.below.copy_from_slice(&self.looks[quarter]);
+                    place(stepper, quarter)
+                }
+                None => continue,
+            };
+            self.above.copy_from_slice(&self.looks[quarter - 1]);
+            let low = place(stepper, quarter - 1);
+            let t = self.locate(switching, stepper, low, high);
+            stepper.cut(t);
+            switching.settle(&self.status, t, &mut stepper.end);
+            let negative = self.below.iter().enumerate().filter(|(_, h)| **h < 0.0);
+            self.pending.extend(negative.map(|(guard, _)| guard));
+            return true;
+        }
+        self.looks.swap(0, QUARTERS);
         false
     }
 
-    /// Cuts the step at the first fall of a guard between `low` and `high` (s).
-    fn locate<P: Picture, const S: usize>(
+    /// Evaluates the guards at a quarter of the step.
+    fn look_along<P: Picture, const S: usize>(
         &mut self,
         switching: &dyn Switching,
         stepper: &mut Stepper<P, S>,
-        mut low: f64,
-        mut high: f64,
+        quarter: usize,
     ) {
-        let mut bisect = false;
-        loop {
-            let width = high - low;
-            if width <= 4.0 * f64::EPSILON * high.abs().max(stepper.length()) {
-                break;
-            }
-            let mut guess = 0.5 * (low + high);
-            if !bisect {
-                // The secants of all that fall: the first of their zeros.
-                for (&a, &b) in self.above.iter().zip(&self.below) {
-                    if b < 0.0 && a > b {
-                        guess = guess.min(low + width * (a / (a - b)).clamp(0.0, 1.0));
-                    }
-                }
-                let margin = 2.0 * f64::EPSILON * high.abs().max(stepper.length());
-                guess = guess.clamp(low + margin, high - margin);
-            }
-            bisect = !bisect;
-            stepper.interpolate(guess, &mut self.state);
-            let values = &mut self.looks[0];
-            switching.guard_values(&self.status, guess, &self.state, values);
-            if values.iter().any(|&h| h < 0.0) {
-                high = guess;
-                std::mem::swap(&mut self.below, &mut self.looks[0]);
-            } else {
-                low = guess;
-                std::mem::swap(&mut self.above, &mut self.looks[0]);
-            }
-        }
-        stepper.cut(high);
-        let negative = self.below.iter().enumerate().filter(|(_, h)| **h < 0.0);
-        self.pending.extend(negative.map(|(guard, _)| guard));
+        let t = place(stepper, quarter);
+        stepper.interpolate(t, &mut self.state);
+        switching.guard_values(&self.status, t, &self.state, &mut self.looks[quarter]);
     }
 
-    /// The guards that are negative at a state under the present status become `pending`.
-    pub fn look(&mut self, switching: &dyn Switching, t: f64, z: &[f64]) {
-        self.pending.clear();
-        switching.guard_values(&self.status, t, z, &mut self.looks[0]);
-        let negative = self.looks[0].iter().enumerate().filter(|(_, h)| **h < 0.0);
-        self.pending.extend(negative.map(|(guard, _)| guard));
+    /// Evaluates the guards at a time `t` (s) of the step, into `between`.
+    fn look_between<P: Picture, const S: usize>(
+        &mut self,
+        switching: &dyn Switching,
+        stepper: &mut Stepper<P, S>,
+        t: f64,
+    ) {
+        stepper.interpolate(t, &mut self.state);
+        switching.guard_values(&self.status, t, &self.state, &mut self.between);
     }
+
+    /// Whether some guard is no further from zero than it has moved, by its values at the start,
+    /// the middle and the end of the step.
+    fn is_doubtful(&self) -> bool {
+        let ends = self.looks[0].iter().zip(&self.looks[QUARTERS]);
+        let mut doubtful = false;
+        // No early exit: the whole loop is one pass of vector operations.
+        for ((&start, &end), &middle) in ends.zip(&self.looks[QUARTERS / 2]) {
+            let low = start.min(middle).min(end);
+            let high = start.max(middle).max(end);
+            doubtful |= low <= high - low;
+        }
+        doubtful
+    }
+
+    /// Lists the guards that may be negative somewhere in the step: between two looks a guard is lower
+    /// than at both by an eighth of its second difference, and a little more as that changes.
+    fn list_near(&mut self) {
+        let [a, b, c, d, e] = &self.looks;
+        let n = a.len();
+        let (a, b, c, d, e) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n]);
+        self.near.clear();
+        for k in 0..n {
+            let (a, b, c, d, e) = (a[k], b[k], c[k], d[k], e[k]);
+            let low = a.min(b).min(c).min(d).min(e);
+            let bend = (a - 2.0 * b + c).max(b - 2.0 * c + d).max(c - 2.0 * d + e);
+            if low <= bend.max(0.0) {
+                self.near.push(k);
+            }
+        }
+    }
+
+    /// Sets a guard that touches zero between two positive places to zero there.
+    fn smooth_touches(&mut self) {
+        for quarter in 1..QUARTERS {
+            for &guard in &self.near {
+                let [before, here, after] = [0, 1, 2].map(|k| self.looks[quarter - 1 + k][guard]);
+                if here < 0.0 && here >= -TOUCH * before.abs().max(after.abs()) && after > 0.0 {
+                    self.looks[quarter][guard] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// The time of a quarter of the last step, s.
+fn place<P: Picture, const S: usize>(stepper: &Stepper<P, S>, quarter: usize) -> f64 {
+    if quarter == QUARTERS {
+        return stepper.end_time;
+    }
+    let length = stepper.end_time - stepper.start_time;
+    stepper.start_time + length * quarter as f64 / QUARTERS as f64
 }

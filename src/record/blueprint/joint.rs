@@ -134,7 +134,7 @@ impl Layout {
         tab("Modes", screen.row())
     }
 
-    pub fn health_tab(&mut self) -> Option<ContainerLike> {
+    pub fn health_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         let speed = self.series(
             "Speed: simulated seconds per second",
             paths::HEALTH_SPEED,
@@ -150,11 +150,14 @@ impl Layout {
             paths::HEALTH_QUEUES,
             None,
         );
-        let audit = self.series(
-            "Energy audit: unaccounted, relative to what was turned over",
-            paths::HEALTH_AUDIT,
-            None,
-        );
+        // Only of a joint is it known where its energy comes from.
+        let audit = header.joint().map(|_| {
+            self.series(
+                "Energy audit: unaccounted, relative to what was turned over",
+                paths::HEALTH_AUDIT,
+                None,
+            )
+        });
         let left = Parts::new().add(1.0, speed).add(1.0, work).column();
         let right = Parts::new().add(1.0, queues).add(1.0, audit).column();
         let plots = Parts::new().add(1.0, left).add(1.0, right).row();

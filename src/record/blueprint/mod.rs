@@ -9,6 +9,7 @@ mod flow;
 mod joint;
 mod laboratory;
 mod signal;
+mod small;
 
 use rerun::{
     Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
@@ -41,9 +42,9 @@ use crate::{
     scene::RecordSpec,
 };
 
-/// Simulated seconds a second while playing a joint; a signal plays in [`SIGNAL_PLAYS`].
+/// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
 const JOINT_SPEED: f64 = 0.01;
-/// Time that a signal takes to play, s.
+/// Time that a signal or a small system takes to play, s.
 const SIGNAL_PLAYS: f64 = 30.0;
 
 /// Sends the layout for a run.
@@ -71,10 +72,21 @@ pub fn send_turned(
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
                 layout.butterfly_tab(header, joint),
-                layout.health_tab(),
+                layout.health_tab(header),
                 layout.about_tab(header),
             ];
             (tabs, JOINT_SPEED)
+        }
+        Subject::Small(small) => {
+            let tabs = vec![
+                layout.motion_tab(header, small),
+                layout.embedding_tab(header),
+                layout.recurrence_tab(header),
+                layout.regime_tab(header),
+                layout.health_tab(header),
+                layout.about_tab(header),
+            ];
+            (tabs, header.duration / SIGNAL_PLAYS)
         }
         Subject::Signal(signal) => {
             let tabs = vec![
@@ -125,8 +137,8 @@ impl Layout {
     /// What the run is, how to read it, and what it had to say besides.
     fn about_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         let about = self.text("About this recording", paths::ABOUT);
-        // The log of a joint is beside its health.
-        let log = header.joint().is_none().then(log);
+        // The log of a simulation is beside its health.
+        let log = matches!(header.subject, Subject::Signal(_)).then(log);
         tab(
             "About",
             Parts::new().add(0.85, about).add(0.15, log).column(),
@@ -154,16 +166,19 @@ impl Layout {
     /// A time series without a legend, of a window before the cursor or of the whole run.
     fn windowed(&mut self, view: ContainerLike, window: Option<f64>) -> ContainerLike {
         if let Some(window) = window {
-            self.set(
-                &view,
-                &VisibleTimeRanges::new([VisibleTimeRange {
-                    timeline: paths::TIMELINE.into(),
-                    range: before_cursor(window),
-                }]),
-            );
+            self.window(&view, window);
         }
         self.set(&view, &PlotLegend::new().with_visible(false));
         view
+    }
+
+    /// Shows the last `window` s before the cursor.
+    fn window(&mut self, view: &ContainerLike, window: f64) {
+        let range = VisibleTimeRange {
+            timeline: paths::TIMELINE.into(),
+            range: before_cursor(window),
+        };
+        self.set(view, &VisibleTimeRanges::new([range]));
     }
 
     /// Several entities over the whole run, with a legend of their names.
@@ -201,7 +216,12 @@ impl Layout {
     fn spectrum(&mut self, header: &Header) -> Option<ContainerLike> {
         let plot = spectrum::spectrum_plot(header);
         let name = match header.subject {
-            Subject::Joint(_) => "Spectrum of the velocity (lines in kHz)".to_owned(),
+            Subject::Joint(_) | Subject::Small(_) => {
+                format!(
+                    "Spectrum of the velocity (lines in {})",
+                    plot.frequency.symbol
+                )
+            }
             Subject::Signal(_) => format!("Spectrum (lines in {})", plot.frequency.symbol),
         };
         let bounds = plot.plot.bounds();
@@ -213,7 +233,7 @@ impl Layout {
     /// What the run sounded like so far.
     fn spectrogram(&mut self, header: &Header) -> Option<ContainerLike> {
         let name = match header.subject {
-            Subject::Joint(_) => "Spectrogram of the velocity",
+            Subject::Joint(_) | Subject::Small(_) => "Spectrogram of the velocity",
             Subject::Signal(_) => "Spectrogram",
         };
         let bounds = spectrum::spectrogram_plot(header).plot.bounds();
@@ -236,7 +256,7 @@ impl Layout {
             return None;
         }
         let name = match header.subject {
-            Subject::Joint(_) => "Delay embedding of the displacement",
+            Subject::Joint(_) | Subject::Small(_) => "Delay embedding of the displacement",
             Subject::Signal(_) => "Delay embedding",
         };
         let view: ContainerLike = Spatial3DView::new(name)

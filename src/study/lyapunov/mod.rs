@@ -9,7 +9,7 @@ mod tests;
 use std::time::Instant;
 
 use crate::dynamics::{
-    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, System, Tally,
+    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Sign, System, Tally,
 };
 
 pub use scene::{
@@ -45,7 +45,7 @@ pub enum Goal {
     /// Once each exponent is known to so much on either side, 1/s; an exponent that is minus
     /// infinity is known.
     HalfWidth(f64),
-    /// Once it can be told what the motion comes to.
+    /// Once it can be told what the motion comes to, or at least the sign of each exponent followed.
     Verdict,
 }
 
@@ -107,9 +107,11 @@ pub struct LyapunovStudy {
 
 impl LyapunovStudy {
     /// What a study came to that was stopped before it began.
-    fn stopped() -> Self {
+    fn stopped(dimension: usize) -> Self {
+        let mut spectrum = LyapunovSpectrum::default();
+        spectrum.dimension = dimension;
         Self {
-            spectrum: LyapunovSpectrum::default(),
+            spectrum,
             running: Vec::new(),
             mean_trace: None,
             ending: Ending::Stopped,
@@ -292,7 +294,7 @@ impl LyapunovPlan {
             // That one is counted in looks.
             Goal::Time(_) => false,
             Goal::HalfWidth(wanted) => time >= self.least && widest(spectrum) <= wanted,
-            Goal::Verdict => time >= self.least && spectrum.attractor() != Attractor::Undecided,
+            Goal::Verdict => time >= self.least && is_clear(spectrum),
         }
     }
 
@@ -306,6 +308,12 @@ impl LyapunovPlan {
         };
         guess.max(self.least).min(longest)
     }
+}
+
+/// Whether more time would tell no more: it is decided what the motion comes to, or all signs are
+/// known but too few exponents are followed.
+fn is_clear(spectrum: &LyapunovSpectrum) -> bool {
+    spectrum.attractor() != Attractor::Undecided || spectrum.count(Sign::Doubtful) == 0
 }
 
 /// The largest half width of exponents that are numbers, 1/s.

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, Watch, lyapunov};
-use crate::dynamics::{Integrator, LyapunovSpectrum, System};
-use crate::pipeline::{PipelineError, Simulation, Source};
-use crate::scene::Scene;
+use crate::dynamics::{Integrator, System};
+use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
+use crate::scene::{Scene, SubjectSpec};
 
 /// What is asked of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +23,8 @@ pub struct LyapunovRequest {
 pub struct SceneLyapunov {
     /// The exponents and all that goes with them.
     pub study: LyapunovStudy,
-    /// Tilt of the load meanwhile, rad.
-    pub tilt: f64,
+    /// Tilt of the load meanwhile, rad; `None` where there is no load.
+    pub tilt: Option<f64>,
     /// Time for which the scene ran before, s.
     pub transient: f64,
     /// Time in which the vectors settled, s.
@@ -51,22 +51,22 @@ pub const LONGEST: f64 = 100.0;
 /// end, it gives no exponents.
 ///
 /// # Errors
-/// If the joint cannot be assembled, more exponents are asked for than there are, or the integration
+/// If the scene's system cannot be made, more exponents are asked for than there are, or the integration
 /// cannot go on.
 pub fn scene_lyapunov(
     scene: &Scene,
     request: &LyapunovRequest,
     watch: Watch<'_>,
 ) -> Result<SceneLyapunov, PipelineError> {
-    let mut simulation = Simulation::new(scene)?;
-    let width = request.count.width(simulation.joint());
+    let mut motion = Motion::new(scene)?;
+    let width = request.count.width(motion.system());
     // That there are so many is told now, not after the transient.
-    let following = |integrator: Integrator, joint: &_| {
-        integrator.with_tangents(joint, width, scene.start.seed)
+    let following = |integrator: Integrator, system: &dyn System| {
+        integrator.with_tangents(system, width, scene.start.seed)
     };
-    following(simulation.integrator().clone(), simulation.joint())?;
+    following(motion.integrator().clone(), motion.system())?;
 
-    let slowest = simulation.joint().omega().iter().copied();
+    let slowest = motion.system().omega().iter().copied();
     let omega_1 = slowest.fold(f64::INFINITY, f64::min);
     let period = TAU / omega_1;
     let settle = request.settle.unwrap_or(SETTLE_PERIODS * period);
@@ -87,38 +87,27 @@ pub fn scene_lyapunov(
 
     // What the vectors cost beside the state, roughly.
     let dearer = 1.0 + width as f64 / 3.0;
-    let rest = dearer * (settle + plan.expected());
-    let before = scene.duration / (scene.duration + rest);
+    let before = scene.duration / (scene.duration + dearer * (settle + plan.expected()));
     let mut transient = 0.0;
     let mut stopped = false;
-    while let Some(frame) = simulation.next_frame()? {
-        transient = frame.end();
-        let progress = LyapunovProgress {
+    while !stopped && let Some(reached) = motion.on()? {
+        transient = reached;
+        stopped = !watch(LyapunovProgress {
             phase: Phase::Transient,
-            share: before * transient / scene.duration,
+            share: before * (transient / scene.duration).min(1.0),
             largest: None,
-        };
-        if !watch(progress) {
-            stopped = true;
-            break;
-        }
+        });
     }
 
-    let tilt = simulation.tilt();
-    let (joint, integrator) = simulation.into_parts();
+    let tilt = motion.tilt();
+    let (system, integrator) = motion.into_parts();
     let study = if stopped {
-        LyapunovStudy {
-            spectrum: LyapunovSpectrum {
-                dimension: joint.tangent_dim(),
-                ..LyapunovSpectrum::default()
-            },
-            ..LyapunovStudy::stopped()
-        }
+        LyapunovStudy::stopped(system.tangent_dim())
     } else {
         let (time, state) = (integrator.time(), integrator.state().to_vec());
-        let mut integrator = following(integrator, &joint)?;
-        integrator.start(&joint, time, &state)?;
-        lyapunov(&joint, &mut integrator, &plan, &mut |progress| {
+        let mut integrator = following(integrator, &*system)?;
+        integrator.start(&*system, time, &state)?;
+        lyapunov(&*system, &mut integrator, &plan, &mut |progress| {
             watch(LyapunovProgress {
                 share: before + (1.0 - before) * progress.share,
                 ..progress
@@ -132,4 +121,93 @@ pub fn scene_lyapunov(
         settle,
         omega_1,
     })
+}
+
+/// A scene's motion without its exponents.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a study has one motion: its size does not matter"
+)]
+enum Motion {
+    /// A joint, whose tilt may follow a schedule.
+    Joint(Simulation),
+    /// A small system.
+    Small {
+        prepared: Prepared,
+        frame: f64,
+        frames: u64,
+        duration: f64,
+    },
+}
+
+impl Motion {
+    fn new(scene: &Scene) -> Result<Self, PipelineError> {
+        Ok(match &scene.subject {
+            SubjectSpec::Joint(_) => Self::Joint(Simulation::new(scene)?),
+            SubjectSpec::Small(_) => {
+                let mut prepared = prepare(scene)?;
+                let (system, state) = (&*prepared.system, &prepared.state);
+                prepared.integrator.start(system, 0.0, state)?;
+                Self::Small {
+                    prepared,
+                    frame: scene.frame_samples as f64 / scene.sample_rate,
+                    frames: 0,
+                    duration: scene.duration,
+                }
+            }
+        })
+    }
+
+    fn system(&self) -> &dyn System {
+        match self {
+            Self::Joint(simulation) => simulation.joint(),
+            Self::Small { prepared, .. } => &*prepared.system,
+        }
+    }
+
+    fn integrator(&self) -> &Integrator {
+        match self {
+            Self::Joint(simulation) => simulation.integrator(),
+            Self::Small { prepared, .. } => &prepared.integrator,
+        }
+    }
+
+    /// Goes on by a frame; the time reached, s, or `None` at the end.
+    fn on(&mut self) -> Result<Option<f64>, PipelineError> {
+        match self {
+            Self::Joint(simulation) => Ok(simulation.next_frame()?.map(|frame| frame.end())),
+            Self::Small {
+                prepared,
+                frame,
+                frames,
+                duration,
+            } => {
+                if prepared.integrator.time() >= *duration {
+                    return Ok(None);
+                }
+                *frames += 1;
+                let time = (*frames as f64 * *frame).min(*duration);
+                prepared.integrator.land(&*prepared.system, time)?;
+                Ok(Some(time))
+            }
+        }
+    }
+
+    /// The present tilt of the load, rad.
+    fn tilt(&self) -> Option<f64> {
+        match self {
+            Self::Joint(simulation) => Some(simulation.tilt()),
+            Self::Small { .. } => None,
+        }
+    }
+
+    fn into_parts(self) -> (Box<dyn System + Send>, Integrator) {
+        match self {
+            Self::Joint(simulation) => {
+                let (joint, integrator) = simulation.into_parts();
+                (Box::new(joint), integrator)
+            }
+            Self::Small { prepared, .. } => (prepared.system, prepared.integrator),
+        }
+    }
 }

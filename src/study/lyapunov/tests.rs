@@ -2,46 +2,10 @@
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, Method};
+use crate::systems::Lorenz;
 
-/// `x' = 10 (y - x)`, `y' = x (28 - z) - y`, `z' = x y - 8/3 z`: Lorenz (1963), whose exponents are
-/// 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).
-struct Lorenz;
-
-impl System for Lorenz {
-    fn omega(&self) -> &[f64] {
-        &[]
-    }
-    fn first_order(&self) -> usize {
-        3
-    }
-    fn force(&self, _t: f64, s: &[f64], out: &mut [f64]) {
-        out[0] = 10.0 * (s[1] - s[0]);
-        out[1] = s[0] * (28.0 - s[2]) - s[1];
-        out[2] = s[0] * s[1] - 8.0 / 3.0 * s[2];
-    }
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-}
-
-impl Differentiable for Lorenz {
-    fn product(
-        &self,
-        _status: Option<&[u8]>,
-        record: &mut [f64],
-        v: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let s = &record[1..];
-        for l in 0..width {
-            let [x, y, z] = [0, 1, 2].map(|c| v[c * width + l]);
-            out[l] = 10.0 * (y - x);
-            out[width + l] = (28.0 - s[2]) * x - y - s[0] * z;
-            out[2 * width + l] = s[1] * x + s[0] * y - 8.0 / 3.0 * z;
-        }
-    }
-}
+/// Its exponents are 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).
+const LORENZ: Lorenz = Lorenz::CLASSICAL;
 
 /// `q'' + 0.02 q' + q = (1 - q^2) q'`: self-excited, with a trace that changes along the cycle.
 struct VanDerPol;
@@ -103,7 +67,7 @@ fn study<Y: System>(sys: &Y, width: usize, plan: &LyapunovPlan, watch: Watch<'_>
 
 #[test]
 fn time_is_kept() {
-    let found = study(&Lorenz, 2, &plan(Goal::Time(100.0)), &mut |_| true);
+    let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
     assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
     assert!((found.followed - 120.0).abs() < 1e-9);
@@ -117,7 +81,7 @@ fn time_is_kept() {
 
 #[test]
 fn all_exponents_add_up_to_the_mean_trace() {
-    let found = study(&Lorenz, 3, &plan(Goal::Time(100.0)), &mut |_| true);
+    let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_| true);
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     assert!((trace + 41.0 / 3.0).abs() < 1e-9, "{trace}");
     assert!((sum - trace).abs() < 1e-5, "{sum} {trace}");
@@ -135,7 +99,7 @@ fn all_exponents_add_up_to_the_mean_trace() {
 #[test]
 fn the_same_twice() {
     let [one, two] = [0, 1].map(|_| {
-        let found = study(&Lorenz, 3, &plan(Goal::Time(40.0)), &mut |_| true);
+        let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_| true);
         LyapunovStudy {
             busy_seconds: 0.0,
             ..found
@@ -147,7 +111,7 @@ fn the_same_twice() {
 #[test]
 fn a_stop_is_heeded_and_what_was_reached_is_kept() {
     let mut asked = 0;
-    let found = study(&Lorenz, 1, &plan(Goal::Time(1e6)), &mut |progress| {
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
         asked += 1;
         asked < 60
@@ -156,7 +120,7 @@ fn a_stop_is_heeded_and_what_was_reached_is_kept() {
     assert_eq!(found.spectrum.exponents.len(), 1);
     assert!(found.spectrum.time > 30.0 && found.spectrum.time < 80.0);
 
-    let found = study(&Lorenz, 1, &plan(Goal::Time(1e6)), &mut |_| false);
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_| false);
     assert_eq!(found.ending, Ending::Stopped);
     assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
 }
@@ -164,9 +128,43 @@ fn a_stop_is_heeded_and_what_was_reached_is_kept() {
 #[test]
 fn an_integrator_without_vectors_has_no_exponents() {
     let method = Method::Rk4 { step: 0.01 };
-    let mut integrator = Integrator::new(method, &Lorenz).unwrap();
-    let found = lyapunov(&Lorenz, &mut integrator, &plan(Goal::Verdict), &mut |_| {
+    let mut integrator = Integrator::new(method, &LORENZ).unwrap();
+    let found = lyapunov(&LORENZ, &mut integrator, &plan(Goal::Verdict), &mut |_| {
         true
     });
     assert!(matches!(found, Err(DynamicsError::Lacks { .. })));
+}
+
+#[test]
+fn averaging_ends_once_the_error_is_small_enough() {
+    let wanted = 0.05;
+    let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_| true);
+    assert_eq!(found.ending, Ending::Reached);
+    let exponents = &found.spectrum.exponents;
+    assert!(
+        exponents.iter().all(|e| e.half_width <= wanted),
+        "{exponents:?}"
+    );
+    assert!(found.spectrum.time > 50.0 && found.spectrum.time < 3000.0);
+    assert!(
+        (exponents[0].value - 0.9056).abs() < 2.0 * wanted,
+        "{exponents:?}"
+    );
+
+    let short = LyapunovPlan {
+        most: 60.0,
+        ..plan(Goal::HalfWidth(1e-6))
+    };
+    let found = study(&LORENZ, 2, &short, &mut |_| true);
+    assert_eq!(found.ending, Ending::OutOfTime);
+}
+
+#[test]
+fn averaging_ends_once_the_verdict_is_clear() {
+    let found = study(&LORENZ, 3, &plan(Goal::Verdict), &mut |_| true);
+    assert_eq!(found.ending, Ending::Reached);
+    assert_eq!(found.spectrum.attractor(), Attractor::Chaos);
+    let found = study(&VanDerPol, 2, &plan(Goal::Verdict), &mut |_| true);
+    assert_eq!(found.ending, Ending::Reached);
+    assert_eq!(found.spectrum.attractor(), Attractor::Cycle);
 }

@@ -1,0 +1,166 @@
+//! What the tangent flow costs beside the run that it goes along with.
+//!
+//! * `product/vectors`: the derivative of the force applied to so many tangent vectors at once; from
+//!   six on by way of the assembled Jacobian.
+//! * At the end, a table for two milliseconds of the vibration of `torus-3deg`, with its own
+//!   tolerance: the run with so many exponents, over the plain run. Contact is evaluated through, or
+//!   events are stopped at. The runs of a round follow one another, so that whatever else the
+//!   machine does meets them alike; the ratios are medians over the rounds.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use criterion::{BenchmarkId, Criterion, criterion_group};
+use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
+use squeakscope::joint::{BallJoint, Joint};
+use squeakscope::pipeline::initial_state;
+use squeakscope::scene::Scene;
+
+/// Numbers of tangent vectors.
+const WIDTHS: [usize; 6] = [1, 2, 3, 5, 11, 22];
+/// Time until the vibration has grown, and the span that is timed after it, s.
+const GROWN: f64 = 40e-3;
+const SPAN: f64 = 2e-3;
+/// Rounds of the table.
+const ROUNDS: usize = 31;
+
+const METHOD: Method = Method::Lawson54 {
+    accuracy: Accuracy {
+        floor: 1e-12,
+        ..Accuracy::relative(1e-5)
+    },
+    max_step: 20e-6,
+};
+
+/// The joint of `torus-3deg`, and its state once the vibration has grown.
+fn grown() -> (Joint, Vec<f64>) {
+    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    scene.start.kick = 5e-3;
+    let ball = BallJoint::new(&scene.joint).expect("the preset's joint");
+    let joint = ball.joint(scene.tilt.at(0.0)).expect("a clear patch");
+    let start = initial_state(&scene, joint.modes());
+    let mut integrator = Integrator::new(METHOD, &joint).expect("a sound method");
+    integrator
+        .start(&joint, 0.0, &start)
+        .expect("a sound state");
+    integrator.land(&joint, GROWN).expect("a sound run");
+    let state = integrator.state().to_vec();
+    (joint, state)
+}
+
+fn product(c: &mut Criterion) {
+    let (joint, z) = grown();
+    let m = joint.modes();
+    let (mut force, mut record) = (vec![0.0; m], vec![0.0; joint.record_len()]);
+    joint.force_recorded(None, 0.0, &z, &mut force, &mut record);
+    let mut group = c.benchmark_group("product/vectors");
+    for width in [1, 2, 3, 4, 5, 6, 8, 11, 16, 22] {
+        let vectors: Vec<f64> = (0..2 * m * width).map(|i| (i as f64).sin()).collect();
+        let mut out = vec![0.0; m * width];
+        group.bench_function(BenchmarkId::from_parameter(width), |b| {
+            b.iter(|| {
+                joint.product(None, &mut record, black_box(&vectors), width, &mut out);
+                black_box(&out);
+            });
+        });
+    }
+    group.finish();
+    let mut group = c.benchmark_group("force");
+    group.bench_function("plain", |b| {
+        b.iter(|| joint.force(0.0, black_box(&z), black_box(&mut force)));
+    });
+    group.bench_function("recorded", |b| {
+        b.iter(|| {
+            joint.force_recorded(None, 0.0, black_box(&z), black_box(&mut force), &mut record);
+        });
+    });
+    group.finish();
+}
+
+/// How contact is followed in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Through,
+    Exact,
+}
+
+/// An integrator for one line of the table.
+fn integrator(joint: &Joint, mode: Mode, width: usize) -> Integrator {
+    let mut integrator = Integrator::new(METHOD, joint).expect("a sound method");
+    if mode == Mode::Exact {
+        integrator = integrator.with_events(joint).expect("the joint's guards");
+    }
+    if width > 0 {
+        let followed = integrator.with_tangents(joint, width, 1);
+        integrator = followed.expect("no more vectors than dimensions");
+    }
+    integrator
+}
+
+/// Times one run of an integrator over the span.
+fn run(joint: &Joint, start: &[f64], integrator: &mut Integrator) -> Duration {
+    let begin = Instant::now();
+    integrator.start(joint, 0.0, start).expect("a sound state");
+    integrator.land(joint, SPAN).expect("a sound run");
+    begin.elapsed()
+}
+
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers[numbers.len() / 2]
+}
+
+/// The table of ratios.
+fn ratios() {
+    let (joint, start) = grown();
+    let mut lines: Vec<(Mode, usize, Integrator)> = Vec::new();
+    for mode in [Mode::Through, Mode::Exact] {
+        for width in [0].into_iter().chain(WIDTHS) {
+            lines.push((mode, width, integrator(&joint, mode, width)));
+        }
+    }
+    let mut times = vec![Vec::new(); lines.len()];
+    for _ in 0..ROUNDS {
+        for ((_, _, integrator), times) in lines.iter_mut().zip(&mut times) {
+            times.push(run(&joint, &start, integrator).as_secs_f64());
+        }
+    }
+    println!("\nmode     vectors   us per ms   over plain, through   over plain, same mode");
+    let per = lines.len() / 2;
+    for (k, (mode, width, _)) in lines.iter().enumerate() {
+        let over = |base: usize| {
+            let pairs = times[k].iter().zip(&times[base]);
+            median(&mut pairs.map(|(a, b)| a / b).collect::<Vec<_>>())
+        };
+        let same = over(k / per * per);
+        let mode = format!("{mode:?}");
+        let time = median(&mut times[k].clone()) / SPAN * 1e3;
+        println!(
+            "{mode:8} {width:7} {time:11.0} {:21.2} {same:23.2}",
+            over(0)
+        );
+    }
+    let (_, _, exact) = &lines[per];
+    let runs = ROUNDS as f64 * SPAN * 1e3;
+    let tally = exact.tally();
+    println!(
+        "{:.1} crossings and {:.1} steps a millisecond where events are stopped at",
+        tally.crossings as f64 / runs,
+        tally.steps as f64 / runs,
+    );
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(40)
+        .warm_up_time(std::time::Duration::from_millis(300))
+        .measurement_time(std::time::Duration::from_secs(1));
+    targets = product
+}
+
+fn main() {
+    benches();
+    ratios();
+    Criterion::default().configure_from_args().final_summary();
+}

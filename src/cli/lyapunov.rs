@@ -1,0 +1,155 @@
+//! `squeakscope lyapunov`: does the motion repeat, drift on a torus, or forget itself, and how fast?
+
+use std::ffi::OsStr;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::args::LyapunovArgs;
+use super::error::{Cause, CliError};
+use super::interrupt;
+use super::lyapunov_report::{LyapunovReport, csv, in_brief};
+use super::output::{OutputFile, check_all, check_directory};
+use super::progress::Progress;
+use super::report::{self, FileReport};
+use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::study::lyapunov::{
+    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
+};
+
+/// What the rest of the crate does for this command.
+pub(super) struct Tools {
+    /// Averages the exponents of a scene.
+    pub follow: fn(&Scene, &LyapunovRequest, Watch<'_>) -> Result<SceneLyapunov, Cause>,
+    /// Draws them, under a name, as a whole PNG.
+    pub draw: fn(&str, &SceneLyapunov) -> Result<Vec<u8>, Cause>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while running or drawing; Ctrl-C, after the results are
+/// written.
+pub(super) fn lyapunov(args: &LyapunovArgs, tools: &Tools) -> Result<(), CliError> {
+    let stop = interrupt::catch().map_err(|source| CliError::Run {
+        doing: "set-up of Ctrl-C",
+        source,
+    })?;
+    execute(args, &stop, tools)
+}
+
+fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+    let scene = scene(args)?;
+    report::print_warnings(&scene.warnings());
+    let to_terminal = args.json.as_deref() == Some(Path::new("-"));
+    let png = args.png.as_deref().map(picture);
+    let directory = args.png.as_deref().filter(|_| png != args.png);
+    if let Some(directory) = directory {
+        check_directory(directory, "--png")?;
+    }
+    let [json, csv_file, picture] = check_all(
+        args.scene.as_deref().map(OsStr::new),
+        [
+            ("--json", args.json.as_deref().filter(|_| !to_terminal)),
+            ("--csv", args.csv.as_deref()),
+            // A directory that is still to be made has been checked above.
+            ("--png", png.as_deref().filter(|_| directory.is_none())),
+        ],
+    )?;
+    let request = LyapunovRequest {
+        count: args.exponents.unwrap_or(Count::All),
+        settle: args.settle.map(|ms| 1e-3 * ms),
+        goal: match (args.until, args.error) {
+            (Some(time), _) => Goal::Time(time),
+            (None, Some(half_width)) => Goal::HalfWidth(half_width),
+            (None, None) => Goal::Verdict,
+        },
+    };
+    let progress = Progress::of_estimate();
+    let found = (tools.follow)(&scene, &request, &mut |at| {
+        progress.tell(at.share, words(&at));
+        !stop.load(Ordering::Relaxed)
+    });
+    // The bar goes before anything else is printed.
+    drop(progress);
+    let failed = |doing| move |source| CliError::Run { doing, source };
+    let found = found.map_err(failed("averaging of exponents"))?;
+
+    let mut files = Vec::new();
+    if let Some(file) = &csv_file {
+        file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
+        files.push(FileReport::of(file)?);
+    }
+    if let Some(path) = png {
+        let name = LyapunovReport::title(&scene.name, found.tilt);
+        let drawn = (tools.draw)(&name, &found).map_err(failed("drawing"))?;
+        let file = match (picture, directory) {
+            (Some(file), _) => file,
+            (None, directory) => {
+                if let Some(directory) = directory {
+                    std::fs::create_dir_all(directory)
+                        .map_err(|source| failed("drawing")(source.into()))?;
+                }
+                OutputFile::check(&path, "--png")?
+            }
+        };
+        file.write(|out| out.write_all(&drawn))?;
+        files.push(FileReport::of(&file)?);
+    }
+    let report = LyapunovReport::new(&scene.name, &request, &found, files);
+    if to_terminal {
+        report::print_json(&report)?;
+    } else {
+        report::deliver(&report, json.as_ref())?;
+    }
+    match found.study.ending {
+        Ending::Stopped => Err(CliError::Interrupted),
+        Ending::Reached | Ending::OutOfTime => Ok(()),
+    }
+}
+
+/// The scene asked for, with what the command line changes of it.
+fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
+    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(tilt) = args.tilt {
+        scene = scene.with_tilt(tilt)?;
+    }
+    if let Some(duration) = args.duration {
+        scene = scene.with_duration(duration)?;
+    }
+    if let Some(tolerance) = args.tolerance {
+        scene = scene.with_tolerance(tolerance)?;
+    }
+    if let Some(seed) = args.seed {
+        scene = scene.with_seed(seed);
+    }
+    Ok(scene)
+}
+
+/// The file of the figure: the path itself if it ends in `.png`, else `lyapunov.png` below it.
+fn picture(path: &Path) -> PathBuf {
+    let is_png = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if is_png && !path.is_dir() {
+        path.to_owned()
+    } else {
+        path.join("lyapunov.png")
+    }
+}
+
+/// What the progress bar says.
+fn words(at: &LyapunovProgress) -> String {
+    match (at.phase, at.largest) {
+        (Phase::Transient, _) => "the scene runs".to_owned(),
+        (Phase::Settling, _) => "the tangent vectors settle".to_owned(),
+        (Phase::Averaging, None) => "averaging".to_owned(),
+        (Phase::Averaging, Some(largest)) => {
+            format!("averaging, the largest is {} 1/s", in_brief(largest))
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "lyapunov_tests.rs"]
+mod tests;

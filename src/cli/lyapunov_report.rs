@@ -1,0 +1,360 @@
+//! What `squeakscope lyapunov` says: a table for the terminal, every number as JSON.
+
+use std::fmt::Write as _;
+
+use anstyle::{AnsiColor, Style};
+use serde::Serialize;
+
+use super::report::{FileReport, Report};
+use crate::VERSION;
+use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Sign};
+use crate::study::lyapunov::{
+    Ending, Goal, LyapunovRequest, LyapunovStudy, RunningExponents, SceneLyapunov,
+};
+
+const GROWS: Style = AnsiColor::Red.on_default().bold();
+const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
+const NAME: Style = Style::new().bold();
+
+/// Result of `squeakscope lyapunov`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LyapunovReport {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// Tilt of the load, degrees; `null` for a scene without a load.
+    pub tilt_deg: Option<f64>,
+    /// Whether Ctrl-C ended it before its time.
+    pub interrupted: bool,
+    /// What was asked for: `time`, `half_width` or `verdict`.
+    pub goal: &'static str,
+    /// Whether that was reached.
+    pub goal_reached: bool,
+    /// Time for which the scene ran before, s.
+    pub transient_s: f64,
+    /// Time in which the tangent vectors settled, s.
+    pub settle_s: f64,
+    /// Time over which growth was averaged, s.
+    pub averaged_s: f64,
+    /// How many exponents there are in all.
+    pub dimension: usize,
+    /// The exponents followed, the largest first.
+    pub exponents: Vec<ExponentReport>,
+    /// An exponent nearer to zero than this cannot be told from zero, 1/s.
+    pub resolution_per_s: f64,
+    /// What the motion comes to: `rest`, `cycle`, `torus`, `chaos`, `hyper-chaos` or `undecided`.
+    pub attractor: &'static str,
+    /// The same in words.
+    pub words: String,
+    /// Kaplan-Yorke dimension; `null` where too few exponents are known.
+    pub kaplan_yorke: Option<DimensionReport>,
+    /// Sum of all exponents, 1/s; `null` where not all are followed.
+    pub sum_per_s: Option<f64>,
+    /// Mean trace of `dF/dz`, which the sum must equal, 1/s; `null` where it is not known.
+    pub mean_trace_per_s: Option<f64>,
+    /// Circular frequency of the slowest mode, rad/s.
+    pub omega_1_rad_per_s: f64,
+    /// Accepted steps of the integrator, with tangent vectors.
+    pub steps: u64,
+    /// Rejected steps of the integrator.
+    pub rejections: u64,
+    /// Calls of the right-hand side.
+    pub calls: u64,
+    /// Guards crossed, where events are located.
+    pub crossings: u64,
+    /// Wall time of settling and averaging, s.
+    pub wall_s: f64,
+    /// Simulated seconds a second of these.
+    pub real_time_factor: f64,
+    /// The exponents along the way.
+    pub running: Vec<RunningReport>,
+    /// Files written.
+    pub files: Vec<FileReport>,
+}
+
+/// One exponent.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExponentReport {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its value, 1/s.
+    pub value_per_s: f64,
+    /// Half the width of its 95 % interval, 1/s.
+    pub half_width_per_s: f64,
+    /// Its value over `omega_1`.
+    pub value_over_omega_1: f64,
+    /// Half the width of its interval over `omega_1`.
+    pub half_width_over_omega_1: f64,
+    /// `positive`, `zero`, `negative` or `doubtful`.
+    pub sign: &'static str,
+}
+
+/// A dimension with its error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DimensionReport {
+    /// Its value.
+    pub value: f64,
+    /// Half the width of its 95 % interval.
+    pub half_width: f64,
+}
+
+/// The exponents after some time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunningReport {
+    /// Time averaged, s.
+    pub time_s: f64,
+    /// Values, 1/s.
+    pub values_per_s: Vec<f64>,
+    /// Half widths of their intervals, 1/s.
+    pub half_widths_per_s: Vec<f64>,
+}
+
+impl LyapunovReport {
+    /// What a scene's exponents came to.
+    pub fn new(
+        scene: &str,
+        request: &LyapunovRequest,
+        found: &SceneLyapunov,
+        files: Vec<FileReport>,
+    ) -> Self {
+        let study = &found.study;
+        let spectrum = &study.spectrum;
+        let attractor = verdict(spectrum);
+        let running = study.running.iter().map(|at| RunningReport {
+            time_s: at.time,
+            values_per_s: at.exponents.iter().map(|e| e.value).collect(),
+            half_widths_per_s: at.exponents.iter().map(|e| e.half_width).collect(),
+        });
+        Self {
+            version: VERSION,
+            scene: scene.to_owned(),
+            tilt_deg: found.tilt.map(degrees),
+            interrupted: study.ending == Ending::Stopped,
+            goal: match request.goal {
+                Goal::Time(_) => "time",
+                Goal::HalfWidth(_) => "half_width",
+                Goal::Verdict => "verdict",
+            },
+            goal_reached: study.ending == Ending::Reached,
+            transient_s: found.transient,
+            settle_s: found.settle,
+            averaged_s: spectrum.time,
+            dimension: spectrum.dimension,
+            exponents: exponents(spectrum, found.omega_1),
+            resolution_per_s: spectrum.resolution,
+            attractor: name(attractor),
+            words: words(attractor, spectrum),
+            kaplan_yorke: dimension(study),
+            sum_per_s: study.sum(),
+            mean_trace_per_s: study.mean_trace.filter(|_| study.sum().is_some()),
+            omega_1_rad_per_s: found.omega_1,
+            steps: study.tally.steps,
+            rejections: study.tally.rejections,
+            calls: study.tally.calls,
+            crossings: study.tally.crossings,
+            wall_s: study.busy_seconds,
+            real_time_factor: study.followed / study.busy_seconds,
+            running: running.collect(),
+            files,
+        }
+    }
+
+    /// Which motion it is, for a heading.
+    pub fn title(scene: &str, tilt: Option<f64>) -> String {
+        match tilt {
+            Some(tilt) => format!("{scene} at {} deg", degrees(tilt)),
+            None => scene.to_owned(),
+        }
+    }
+}
+
+/// From radians back to the decimal that was written.
+fn degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e9).round() / 1e9
+}
+
+fn exponents(spectrum: &LyapunovSpectrum, omega_1: f64) -> Vec<ExponentReport> {
+    let exponents = spectrum.exponents.iter().enumerate();
+    exponents
+        .map(|(k, e)| ExponentReport {
+            number: k + 1,
+            value_per_s: e.value,
+            half_width_per_s: e.half_width,
+            value_over_omega_1: e.value / omega_1,
+            half_width_over_omega_1: e.half_width / omega_1,
+            sign: match spectrum.sign(k) {
+                Sign::Positive => "positive",
+                Sign::Zero => "zero",
+                Sign::Negative => "negative",
+                Sign::Doubtful => "doubtful",
+            },
+        })
+        .collect()
+}
+
+fn dimension(study: &LyapunovStudy) -> Option<DimensionReport> {
+    let known = !study.spectrum.exponents.is_empty();
+    let found = known.then(|| study.spectrum.kaplan_yorke()).flatten()?;
+    Some(DimensionReport {
+        value: found.value,
+        half_width: found.half_width,
+    })
+}
+
+/// What the motion comes to; nothing can be told without exponents.
+fn verdict(spectrum: &LyapunovSpectrum) -> Attractor {
+    if spectrum.exponents.is_empty() {
+        Attractor::Undecided
+    } else {
+        spectrum.attractor()
+    }
+}
+
+fn name(attractor: Attractor) -> &'static str {
+    match attractor {
+        Attractor::Rest => "rest",
+        Attractor::Cycle => "cycle",
+        Attractor::Torus(_) => "torus",
+        Attractor::Chaos => "chaos",
+        Attractor::HyperChaos(_) => "hyper-chaos",
+        Attractor::Undecided => "undecided",
+    }
+}
+
+fn words(attractor: Attractor, spectrum: &LyapunovSpectrum) -> String {
+    match attractor {
+        Attractor::Rest => "it comes to rest: every exponent is negative".to_owned(),
+        Attractor::Cycle => {
+            "a limit cycle: one exponent is zero, the others are negative".to_owned()
+        }
+        Attractor::Torus(zeros) => {
+            format!("a torus: {zeros} exponents are zero, the others are negative")
+        }
+        Attractor::Chaos => "chaos: one exponent is positive".to_owned(),
+        Attractor::HyperChaos(count) => format!("hyper-chaos: {count} exponents are positive"),
+        Attractor::Undecided if spectrum.exponents.is_empty() => {
+            "no growth was averaged".to_owned()
+        }
+        Attractor::Undecided => {
+            "not decided: an exponent that matters is doubtful, or too few are followed".to_owned()
+        }
+    }
+}
+
+/// A value with its error: two digits of the error, as many places of the value.
+pub(super) fn in_brief(exponent: Exponent) -> String {
+    let (value, error) = columns(exponent.value, exponent.half_width);
+    format!("{value} +- {error}")
+}
+
+/// A value and its error as they stand in their columns.
+fn columns(value: f64, error: f64) -> (String, String) {
+    let places = if error > 0.0 && error.is_finite() {
+        (1.0 - error.log10().floor()).clamp(0.0, 9.0) as usize
+    } else {
+        3
+    };
+    let number = |x: f64| match x.is_finite() {
+        true => format!("{x:.places$}"),
+        false if x.is_nan() => "?".to_owned(),
+        false if x > 0.0 => "?".to_owned(),
+        false => "-infinite".to_owned(),
+    };
+    (number(value), number(error))
+}
+
+/// The running values as columns of text with a heading.
+pub(super) fn csv(running: &[RunningExponents]) -> String {
+    let count = running.first().map_or(0, |at| at.exponents.len());
+    let mut text = "time_s".to_owned();
+    for k in 1..=count {
+        let _ = write!(text, ",exponent_{k}_per_s,half_width_{k}_per_s");
+    }
+    text.push('\n');
+    for at in running {
+        let _ = write!(text, "{}", at.time);
+        for e in &at.exponents {
+            let _ = write!(text, ",{},{}", e.value, e.half_width);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+impl Report for LyapunovReport {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let title = match self.tilt_deg {
+            Some(tilt) => format!("{NAME}{}{NAME:#} at {tilt} deg", self.scene),
+            None => format!("{NAME}{}{NAME:#}", self.scene),
+        };
+        let _ = writeln!(text, "{title}: {}", self.words);
+        if !self.exponents.is_empty() {
+            self.table(&mut text);
+        }
+        if let Some(dimension) = self.kaplan_yorke {
+            let (value, error) = columns(dimension.value, dimension.half_width);
+            let _ = writeln!(text, "  Kaplan-Yorke dimension {value} +- {error}");
+        }
+        if let Some(sum) = self.sum_per_s {
+            let _ = write!(text, "  sum {sum:.3} 1/s");
+            if let Some(trace) = self.mean_trace_per_s {
+                let _ = write!(text, ", mean trace {trace:.3} 1/s");
+            }
+            text.push('\n');
+        }
+        let _ = writeln!(
+            text,
+            "  {:.3} s averaged, after {:.3} s of the scene and {:.3} s of settling",
+            self.averaged_s, self.transient_s, self.settle_s
+        );
+        if self.resolution_per_s > 0.0 && !self.exponents.is_empty() {
+            let _ = writeln!(
+                text,
+                "  nearer to zero than {:.2} 1/s is not told from zero",
+                self.resolution_per_s
+            );
+        }
+        if !self.goal_reached && !self.interrupted {
+            let _ = writeln!(
+                text,
+                "  {DOUBTFUL}beware:{DOUBTFUL:#} the longest time was over before that was reached; give \
+                 a longer one with --until"
+            );
+        }
+        let _ = writeln!(
+            text,
+            "  {} steps, {} rejected, {} calls in {:.2} s ({:.2} x real time)",
+            self.steps, self.rejections, self.calls, self.wall_s, self.real_time_factor
+        );
+        for file in &self.files {
+            let size = file.bytes as f64 / 1e3;
+            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
+        }
+        text
+    }
+}
+
+impl LyapunovReport {
+    fn table(&self, text: &mut String) {
+        let _ = writeln!(
+            text,
+            "  {:>3}  {:>12}  {:>10}  {:>13}  sign",
+            "", "1/s", "+- 95 %", "over omega_1"
+        );
+        for e in &self.exponents {
+            let (value, error) = columns(e.value_per_s, e.half_width_per_s);
+            let _ = write!(
+                text,
+                "  {:>3}  {value:>12}  {error:>10}  {:>13.3e}  ",
+                e.number, e.value_over_omega_1
+            );
+            let _ = match e.sign {
+                "positive" => writeln!(text, "{GROWS}{}{GROWS:#}", e.sign),
+                "doubtful" => writeln!(text, "{DOUBTFUL}{}{DOUBTFUL:#}", e.sign),
+                sign => writeln!(text, "{sign}"),
+            };
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Sums over batches of equal time, in bounded memory.
+
+/// The most batches kept; twice as many as are always there once that many have been full.
+const MOST: usize = 128;
+
+/// Growth of a vector in a span of time, with where it went in between, counted from its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Part {
+    /// Growth from start to end.
+    pub growth: f64,
+    /// The lowest place.
+    pub low: f64,
+    /// The highest place.
+    pub high: f64,
+}
+
+impl Part {
+    /// Even growth.
+    fn even(growth: f64) -> Self {
+        Self {
+            growth,
+            low: growth.min(0.0),
+            high: growth.max(0.0),
+        }
+    }
+
+    /// This, and then the next one.
+    pub fn then(self, next: Self) -> Self {
+        Self {
+            growth: self.growth + next.growth,
+            low: self.low.min(self.growth + next.low),
+            high: self.high.max(self.growth + next.high),
+        }
+    }
+
+    /// From the lowest to the highest place.
+    pub fn range(self) -> f64 {
+        self.high - self.low
+    }
+}
+
+/// Growth of several vectors by batches of equal time. When all places are taken, neighbours are
+/// merged, so that there are always 64 to 128 batches however long the motion is.
+#[derive(Clone, Debug)]
+pub(super) struct Batches {
+    width: usize,
+    /// Growth in each full batch, batch after batch.
+    full: Vec<Part>,
+    /// Growth in the batch that is being filled.
+    filling: Vec<Part>,
+    /// Time of the start of the first batch, s.
+    start: f64,
+    /// Time up to which growth is known, s.
+    last: f64,
+    /// Length of a batch, s; zero before the first growth.
+    length: f64,
+}
+
+impl Batches {
+    pub fn new(width: usize) -> Self {
+        Self {
+            width,
+            full: Vec::with_capacity(MOST * width),
+            filling: vec![Part::default(); width],
+            start: 0.0,
+            last: 0.0,
+            length: 0.0,
+        }
+    }
+
+    /// Forgets everything up to time `t` (s).
+    pub fn clear(&mut self, t: f64) {
+        self.full.clear();
+        self.filling.fill(Part::default());
+        self.start = t;
+        self.last = t;
+        self.length = 0.0;
+    }
+
+    /// Time at the start, s.
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// Time up to which growth is known, s.
+    pub fn last(&self) -> f64 {
+        self.last
+    }
+
+    /// Length of a batch, s.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// How many batches are full.
+    pub fn count(&self) -> usize {
+        self.full.len() / self.width
+    }
+
+    /// The growth of a vector in a full batch.
+    pub fn get(&self, batch: usize, vector: usize) -> Part {
+        self.full[batch * self.width + vector]
+    }
+
+    /// Adds the growth up to time `t` (s), spread evenly over the time since the last one.
+    pub fn push(&mut self, t: f64, growth: &[f64]) {
+        let span = t - self.last;
+        if self.length == 0.0 {
+            self.length = span;
+        }
+        // A long span shall not fill and merge the batches many times over.
+        while span > 0.25 * MOST as f64 * self.length {
+            self.merge();
+        }
+        loop {
+            if self.count() == MOST {
+                self.merge();
+            }
+            let border = self.start + (self.count() + 1) as f64 * self.length;
+            let until = t.min(border);
+            let share = (until - self.last) / span;
+            if share > 0.0 {
+                for (sum, growth) in self.filling.iter_mut().zip(growth) {
+                    *sum = sum.then(Part::even(share * growth));
+                }
+            }
+            self.last = until;
+            if until < border {
+                return;
+            }
+            self.full.extend_from_slice(&self.filling);
+            self.filling.fill(Part::default());
+            if until >= t {
+                return;
+            }
+        }
+    }
+
+    /// Makes batches of twice the length.
+    fn merge(&mut self) {
+        let (width, pairs) = (self.width, self.count() / 2);
+        if 2 * pairs < self.count() {
+            let odd = &self.full[2 * pairs * width..];
+            for (filling, odd) in self.filling.iter_mut().zip(odd) {
+                *filling = odd.then(*filling);
+            }
+        }
+        for pair in 0..pairs {
+            for l in 0..width {
+                let [first, second] = [0, 1].map(|k| self.full[(2 * pair + k) * width + l]);
+                self.full[pair * width + l] = first.then(second);
+            }
+        }
+        self.full.truncate(pairs * width);
+        self.length *= 2.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unequal_spans_are_shared_out_by_time() {
+        let mut batches = Batches::new(2);
+        batches.clear(5.0);
+        let mut t = 5.0;
+        for k in 0..5000 {
+            let span = 0.01 * f64::from(1 + (7 * k) % 13);
+            t += span;
+            // One vector grows at an even rate, the other only in the first half.
+            batches.push(t, &[3.0 * span, if k < 2500 { span } else { 0.0 }]);
+        }
+        assert!((64..=128).contains(&batches.count()), "{}", batches.count());
+        assert_eq!(batches.last(), t);
+        for batch in 0..batches.count() {
+            let rate = batches.get(batch, 0).growth / batches.length();
+            assert!((rate - 3.0).abs() < 1e-9, "batch {batch}: {rate}");
+        }
+        let whole: f64 = (0..batches.count()).map(|b| batches.get(b, 1).growth).sum();
+        assert!((whole - 0.5 * (t - 5.0)).abs() < 0.01 * t, "{whole} of {t}");
+    }
+
+    #[test]
+    fn the_range_of_a_wave_survives_merging() {
+        let mut batches = Batches::new(1);
+        for k in 1..=20_000 {
+            let [before, now] = [k - 1, k].map(|k| (0.01 * f64::from(k)).sin());
+            batches.push(0.01 * f64::from(k), &[now - before]);
+        }
+        let whole = (0..batches.count()).map(|b| batches.get(b, 0));
+        let whole = whole.fold(Part::default(), Part::then);
+        assert!(
+            (whole.low + 1.0).abs() < 1e-3 && (whole.high - 1.0).abs() < 1e-3,
+            "{whole:?}"
+        );
+    }
+
+    #[test]
+    fn a_span_longer_than_all_before_it_keeps_the_memory_bounded() {
+        let mut batches = Batches::new(1);
+        batches.push(1e-6, &[1.0]);
+        batches.push(1e6, &[1e6]);
+        batches.push(2e6, &[f64::NEG_INFINITY]);
+        batches.push(3e6, &[1e6]);
+        assert!(batches.count() <= MOST);
+        assert!((0..batches.count()).all(|b| !batches.get(b, 0).growth.is_nan()));
+    }
+}

@@ -1,0 +1,331 @@
+//! Exponents of systems whose exponents are known.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::dynamics::{Attractor, Differentiable, Exponent, LyapunovSpectrum, Sign};
+use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
+
+/// Where the steps end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Steps {
+    /// Wherever they do.
+    Free,
+    /// At events.
+    ToEvents,
+}
+
+/// All exponents by the growth from time `from` to time `to`.
+fn spectrum<Y: System>(
+    method: Method,
+    steps: Steps,
+    sys: &Y,
+    z0: &[f64],
+    (from, to): (f64, f64),
+) -> LyapunovSpectrum {
+    let mut integrator = Integrator::new(method, sys).unwrap();
+    if steps == Steps::ToEvents {
+        integrator = integrator.with_events(sys).unwrap();
+    }
+    integrator = integrator.with_tangents(sys, sys.tangent_dim(), 1).unwrap();
+    integrator.start(sys, 0.0, z0).unwrap();
+    integrator.land(sys, from).unwrap();
+    integrator.forget_growth();
+    integrator.land(sys, to).unwrap();
+    let spectrum = integrator.exponents().unwrap();
+    assert!((spectrum.time - (to - from)).abs() < 1e-9);
+    spectrum
+}
+
+/// Whether an interval, made `times` as wide, holds a value: with 1.5, in 997 of 1000.
+fn holds(exponent: &Exponent, value: f64, times: f64) -> bool {
+    (exponent.value - value).abs() <= times * exponent.half_width
+}
+
+/// Two oscillators, one damped, one excited, and nothing else.
+struct Linear;
+
+impl System for Linear {
+    fn omega(&self) -> &[f64] {
+        &[1.0, 3.0]
+    }
+    fn damping(&self) -> &[f64] {
+        &[0.02, -0.01]
+    }
+    fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Linear {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        _record: &mut [f64],
+        _vectors: &[f64],
+        _width: usize,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+    }
+}
+
+#[test]
+fn a_linear_flow_has_its_own_rates() {
+    let free = Linear;
+    let z0 = [1.0, 0.0, 0.0, 1.0];
+    let span = (0.0, 400.0 * PI);
+    for method in all_methods(1e-10, 0.1, 0.01) {
+        let spectrum = spectrum(method, Steps::Free, &free, &z0, span);
+        let expected = [0.03, 0.03, -0.02, -0.02];
+        for (found, rate) in spectrum.exponents.iter().zip(expected) {
+            // Over whole periods only what the vectors' first direction adds is left.
+            assert!(
+                (found.value - rate).abs() < spectrum.resolution,
+                "{method:?} {spectrum:?}"
+            );
+        }
+        let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+        let rounding = if let Method::Rk4 { .. } = method {
+            1e-6
+        } else {
+            1e-9
+        };
+        assert!((sum - 0.02).abs() < rounding, "{method:?}: {sum}");
+    }
+}
+
+/// J. C. Sprott, Chaos and Time-Series Analysis (2003): 0.9056, 0, -14.572; the sum is exact.
+#[test]
+fn the_exponents_of_lorenz() {
+    let lorenz = Lorenz::CLASSICAL;
+    for method in all_methods(1e-9, 0.1, 0.002) {
+        let spectrum = spectrum(
+            method,
+            Steps::Free,
+            &lorenz,
+            &[1.0, -2.0, 17.0],
+            (20.0, 820.0),
+        );
+        for (k, value) in [0.9056, 0.0, -14.5723].into_iter().enumerate() {
+            assert!(
+                holds(&spectrum.exponents[k], value, 1.5),
+                "{method:?} {spectrum:?}"
+            );
+        }
+        let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+        assert!((sum + 41.0 / 3.0).abs() < 1e-6, "{method:?}: {sum}");
+        assert_eq!(
+            spectrum.attractor(),
+            Attractor::Chaos,
+            "{method:?} {spectrum:?}"
+        );
+        assert_eq!(spectrum.count(Sign::Zero), 1);
+        assert!(
+            holds(&spectrum.kaplan_yorke().unwrap(), 2.0621, 1.5),
+            "{spectrum:?}"
+        );
+    }
+}
+
+/// J. C. Sprott, Chaos and Time-Series Analysis (2003): 0.0714, 0, -5.394.
+#[test]
+fn the_exponents_of_roessler() {
+    let method = all_methods(1e-8, 1.0, 0.01)[1];
+    let roessler = Roessler::CLASSICAL;
+    let spectrum = spectrum(
+        method,
+        Steps::Free,
+        &roessler,
+        &[1.0, 1.0, 0.0],
+        (200.0, 6200.0),
+    );
+    for (k, value) in [0.0714, 0.0, -5.394].into_iter().enumerate() {
+        assert!(holds(&spectrum.exponents[k], value, 1.5), "{spectrum:?}");
+    }
+    assert_eq!(spectrum.attractor(), Attractor::Chaos, "{spectrum:?}");
+}
+
+/// The flow of Henon and Heiles is symplectic, so that its exponents are pairs of opposite sign; at
+/// any time, once the frame has turned to its directions.
+#[test]
+fn the_exponents_of_henon_and_heiles_are_pairs() {
+    let z0 = [0.0, -0.25, 0.42081, 0.0];
+    for method in &all_methods(1e-11, 0.5, 0.005)[..2] {
+        let spectrum = spectrum(*method, Steps::Free, &HenonHeiles, &z0, (1000.0, 3000.0));
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| spectrum.exponents[k].value);
+        assert!((a + d).abs() < 1e-8 && (b + c).abs() < 1e-8, "{spectrum:?}");
+        assert!(a > 0.01, "{spectrum:?}");
+        assert!((spectrum.kaplan_yorke().unwrap().value - 4.0).abs() < 1e-6);
+    }
+}
+
+/// Every impact takes the area of the tangent plane times `r^2`, and damping the rest.
+#[test]
+fn impacts_and_damping_make_the_sum_of_the_exponents() {
+    for damping in [0.0, 0.03] {
+        let sys = ImpactOscillator {
+            omega: 1.0,
+            damping,
+            drive: 1.0,
+            drive_omega: 2.8,
+            wall: 0.0,
+            restitution: 0.8,
+        };
+        for method in all_methods(1e-10, 0.2, 0.01) {
+            let mut integrator = Integrator::new(method, &sys)
+                .and_then(|new| new.with_events(&sys))
+                .and_then(|new| new.with_tangents(&sys, 2, 1))
+                .unwrap();
+            integrator.start(&sys, 0.0, &[0.5, 0.0]).unwrap();
+            integrator.land(&sys, 50.0).unwrap();
+            integrator.forget_growth();
+            let mut impacts = 0;
+            while integrator.time() < 550.0 {
+                impacts += integrator.next_event(&sys, 550.0).unwrap().len();
+            }
+            let spectrum = integrator.exponents().unwrap();
+            let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+            let expected = -2.0 * damping + 2.0 * 0.8_f64.ln() * impacts as f64 / spectrum.time;
+            let error = (sum - expected).abs();
+            assert!(
+                impacts > 100 && error < 1e-8,
+                "{method:?}: {sum} {expected} {error:e}"
+            );
+        }
+    }
+}
+
+/// An independent program's values.
+#[test]
+fn the_exponents_of_the_impact_oscillator() {
+    let sys = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.0,
+        drive: 1.0,
+        drive_omega: 2.8,
+        wall: 0.0,
+        restitution: 0.8,
+    };
+    let method = all_methods(1e-8, 0.5, 0.01)[0];
+    let spectrum = spectrum(
+        method,
+        Steps::ToEvents,
+        &sys,
+        &[0.5, 0.0],
+        (500.0, 20_500.0),
+    );
+    assert!(holds(&spectrum.exponents[0], 0.14245, 1.5), "{spectrum:?}");
+    assert!(holds(&spectrum.exponents[1], -0.35276, 1.5), "{spectrum:?}");
+    assert_eq!(spectrum.attractor(), Attractor::Chaos);
+}
+
+/// Whatever starts in the stick-slip of the mass ends in it, in finite time: along the cycle the
+/// vector is neutral, across it nothing is left.
+#[test]
+fn sticking_collapses_a_direction() {
+    let sys = MassOnBelt {
+        omega: 1.0,
+        damping: 0.0,
+        load: 1.0,
+        mu_s: 1.0,
+        mu_d: 0.5,
+        belt: 0.2,
+    };
+    for method in all_methods(1e-9, 0.5, 0.01) {
+        let spectrum = spectrum(method, Steps::ToEvents, &sys, &[0.0, 0.0], (20.0, 920.0));
+        assert_eq!(spectrum.exponents[1].value, f64::NEG_INFINITY, "{method:?}");
+        assert_eq!(
+            spectrum.attractor(),
+            Attractor::Cycle,
+            "{method:?} {spectrum:?}"
+        );
+        assert_eq!(spectrum.kaplan_yorke().unwrap().value, 1.0);
+    }
+}
+
+/// So many oscillators of van der Pol, each with a frequency of its own.
+struct VanDerPol {
+    omega: Vec<f64>,
+}
+
+impl System for VanDerPol {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+        let (q, v) = z.split_at(self.omega.len());
+        for ((out, q), v) in out.iter_mut().zip(q).zip(v) {
+            *out = (1.0 - q * q) * v;
+        }
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for VanDerPol {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let modes = self.omega.len();
+        for i in 0..modes {
+            let (q, v) = (record[1 + i], record[1 + modes + i]);
+            for l in 0..width {
+                let (dq, dv) = (vectors[i * width + l], vectors[(modes + i) * width + l]);
+                out[i * width + l] = (1.0 - q * q) * dv - 2.0 * q * v * dq;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cycle_has_one_zero_and_a_torus_one_for_each_frequency() {
+    let frequencies = [1.0, 2.0_f64.sqrt(), 5.0_f64.sqrt()];
+    for (modes, expected) in [
+        (1, Attractor::Cycle),
+        (2, Attractor::Torus(2)),
+        (3, Attractor::Torus(3)),
+    ] {
+        let sys = VanDerPol {
+            omega: frequencies[..modes].to_vec(),
+        };
+        let z0 = vec![1.0; 2 * modes];
+        for method in all_methods(1e-8, 0.2, 0.02) {
+            for time in [200.0, 333.0, 1000.0] {
+                let spectrum = spectrum(method, Steps::Free, &sys, &z0, (60.0, 60.0 + time));
+                assert_eq!(spectrum.attractor(), expected, "{method:?} {spectrum:?}");
+                assert_eq!(spectrum.count(Sign::Doubtful), 0);
+                assert_eq!(spectrum.kaplan_yorke().unwrap().value, modes as f64);
+            }
+        }
+    }
+}
+
+/// How often the 95 % interval of a short run holds the exponent: 100 runs of Lorenz over 200 time
+/// units. Measured: 100, 100 and 99 of them. They hold it more often than they need to, since fast
+/// growth there is soon followed by slow growth, which makes means better than independent ones.
+/// `cargo test --release --lib coverage -- --ignored --nocapture`
+#[test]
+#[ignore = "a study of statistics; takes some seconds"]
+fn coverage_of_the_intervals_of_lorenz() {
+    let method = all_methods(1e-6, 0.1, 0.002)[1];
+    let mut inside = [0; 3];
+    for k in 0..100 {
+        let z0 = [1.0 + 0.01 * f64::from(k), -2.0, 17.0];
+        let spectrum = spectrum(method, Steps::Free, &Lorenz::CLASSICAL, &z0, (20.0, 220.0));
+        for (l, value) in [0.9056, 0.0, -14.5723].into_iter().enumerate() {
+            inside[l] += u32::from(holds(&spectrum.exponents[l], value, 1.0));
+        }
+    }
+    println!("{inside:?} of 100");
+    assert!(inside.iter().all(|n| (90..=100).contains(n)), "{inside:?}");
+}

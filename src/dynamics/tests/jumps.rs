@@ -1,0 +1,282 @@
+//! Steps that stop at jumps: impacts, stick-slip, a damper that lets go.
+
+use super::closed_form::Oscillator;
+use super::events::{equal_steps, fitted_order, run_exact};
+use super::*;
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
+
+const BOUNCING: ImpactOscillator = ImpactOscillator {
+    omega: 1.0,
+    damping: 0.02,
+    drive: 1.0,
+    drive_omega: 2.8,
+    wall: 0.0,
+    restitution: 0.8,
+};
+
+/// The flight of an [`ImpactOscillator`].
+fn flight(sys: &ImpactOscillator) -> Oscillator {
+    Oscillator {
+        decay: sys.damping * sys.omega,
+        stiffness: sys.omega * sys.omega,
+        drive: sys.drive,
+        drive_omega: sys.drive_omega,
+    }
+}
+
+#[test]
+fn a_hundred_impacts_follow_their_closed_flights() {
+    let flight = flight(&BOUNCING);
+    for method in &all_methods(1e-11, 0.2, 1e-3)[..2] {
+        let mut integrator = run_exact(*method, &BOUNCING, &[0.5, 0.0], 0.0);
+        let (mut t, mut z) = (0.0, [0.5, 0.0]);
+        for impact in 0..100 {
+            integrator.next_event(&BOUNCING, t + 50.0).unwrap();
+            let now = integrator.time();
+            let exact = flight.fall(t, z, t + 50.0, 1.0, 0.0).expect("an impact");
+            assert!((now - exact).abs() < 1e-8, "{impact}: {now} for {exact}");
+            let before = flight.at(t, z, exact);
+            let state = integrator.state();
+            assert_eq!(state[0], 0.0);
+            assert!(
+                (state[1] + 0.8 * before[1]).abs() < 1e-8,
+                "{state:?} {before:?}"
+            );
+            // From where it is: impacts would amplify any error.
+            (t, z) = (now, [state[0], state[1]]);
+        }
+    }
+}
+
+/// The state of [`BOUNCING`] at a time, by closed flights from impact to impact.
+fn bouncing_exact(z0: [f64; 2], end: f64) -> [f64; 2] {
+    let flight = flight(&BOUNCING);
+    let (mut t, mut z) = (0.0, z0);
+    while let Some(impact) = flight.fall(t, z, end, 1.0, 0.0) {
+        z = [0.0, -0.8 * flight.at(t, z, impact)[1]];
+        t = impact;
+    }
+    flight.at(t, z, end)
+}
+
+#[test]
+fn with_resets_the_full_order_is_reached() {
+    // The error from several starts, since by chance it may be small from one.
+    let end = 8.0;
+    let starts: [[f64; 2]; 8] = std::array::from_fn(|k| [0.3 + 0.1 * k as f64, 0.2]);
+    let exact = starts.map(|z0| bouncing_exact(z0, end));
+    for (k, least) in [4.7, 4.7, 3.7].into_iter().enumerate() {
+        let errors = [1, 2, 4, 8].map(|n| {
+            let method = equal_steps(0.1 / f64::from(n))[k];
+            let pairs = starts.iter().zip(&exact);
+            let error = pairs
+                .map(|(z0, exact)| distance(run_exact(method, &BOUNCING, z0, end).state(), exact));
+            error.sum::<f64>()
+        });
+        let order = fitted_order(&errors);
+        assert!(order > least, "method {k}: {order} by {errors:?}");
+    }
+}
+
+#[test]
+fn a_ball_comes_to_rest_when_its_bounces_add_up() {
+    // Twice the time of each bounce's fall: a geometric series.
+    let rest = (2.0 * 1.3 / 9.81_f64).sqrt() * (1.0 + 0.8) / (1.0 - 0.8);
+    // With the wall at zero, to the rounding of the time; else to that of the wall's place, the time
+    // being the square root of it.
+    for (wall, allowed) in [(0.0, 1e-11), (-0.3, 1e-6)] {
+        let ball = ImpactOscillator {
+            omega: 0.0,
+            damping: 0.0,
+            drive: -9.81,
+            drive_omega: 0.0,
+            wall,
+            restitution: 0.8,
+        };
+        for method in all_methods(1e-9, 0.5, 0.05) {
+            let mut integrator = run_exact(method, &ball, &[wall + 1.3, 0.0], 0.0);
+            while integrator.status() == [ImpactOscillator::FLYING] {
+                integrator.next_event(&ball, 10.0).unwrap();
+                assert!(integrator.time() < 10.0, "it must come to rest");
+            }
+            let error = (integrator.time() - rest).abs();
+            assert!(error < allowed, "{method:?}: {error:e}");
+            let mut z = [0.0; 2];
+            for k in 0..10 {
+                let t = 5.0 + 0.5 * f64::from(k);
+                integrator.sample(&ball, t, &mut z).unwrap();
+                assert_eq!(z, [wall, 0.0]);
+            }
+            let bounces = integrator.tally().events;
+            assert!((50..300).contains(&bounces), "{bounces}");
+        }
+    }
+}
+
+#[test]
+fn a_mass_at_rest_on_the_wall_leaves_when_it_is_drawn_away() {
+    let sys = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.05,
+        drive: -1.0,
+        drive_omega: 0.5,
+        wall: 0.2,
+        restitution: 0.5,
+    };
+    // Pressed by omega^2 wall - a cos(W t).
+    let release = (-0.2_f64).acos() / 0.5;
+    for method in all_methods(1e-9, 0.5, 0.01) {
+        let mut integrator = run_exact(method, &sys, &[0.2, 0.0], 0.0);
+        assert_eq!(integrator.status(), [ImpactOscillator::RESTING]);
+        integrator.next_event(&sys, 10.0).unwrap();
+        assert_eq!(integrator.status(), [ImpactOscillator::FLYING]);
+        assert!((integrator.time() - release).abs() < 1e-13);
+        assert_eq!(integrator.state(), [0.2, 0.0]);
+        let t = integrator.time();
+        integrator.land(&sys, t + 2.0).unwrap();
+        let exact = flight(&sys).at(t, [0.2, 0.0], t + 2.0);
+        assert!(distance(integrator.state(), &exact) < 1e-8);
+        assert_eq!(integrator.tally().events, 1, "{method:?}");
+    }
+}
+
+const BELT: MassOnBelt = MassOnBelt {
+    omega: 1.0,
+    damping: 0.0,
+    load: 1.0,
+    mu_s: 1.0,
+    mu_d: 0.5,
+    belt: 0.2,
+};
+
+#[test]
+fn stick_and_slip_last_as_long_as_they_should() {
+    let slip = 2.0 * (std::f64::consts::PI - (0.5 / 0.2_f64).atan());
+    assert!((slip - 3.9026054).abs() < 5e-8);
+    for method in all_methods(1e-12, 0.1, 1e-3) {
+        // It starts with the belt, at rest in the spring.
+        let mut integrator = run_exact(method, &BELT, &[0.0, 0.2], 0.0);
+        assert_eq!(integrator.status(), [MassOnBelt::STICKS]);
+        integrator.next_event(&BELT, 20.0).unwrap();
+        assert!((integrator.time() - 5.0).abs() < 1e-10);
+        for _ in 0..5 {
+            let released = integrator.time();
+            assert_eq!(integrator.status(), [MassOnBelt::BACK]);
+            assert!((integrator.state()[0] - 1.0).abs() < 1e-10);
+            integrator.next_event(&BELT, released + 20.0).unwrap();
+            let caught = integrator.time();
+            assert_eq!(integrator.status(), [MassOnBelt::STICKS]);
+            assert!((caught - released - slip).abs() < 1e-9, "{method:?}");
+            // 2 D / belt = 5; it follows the belt exactly.
+            let x = integrator.state()[0];
+            assert!(x.abs() < 1e-9, "{x}");
+            let mut z = [0.0; 2];
+            for k in 1..50 {
+                let t = caught + 0.1 * f64::from(k);
+                integrator.sample(&BELT, t, &mut z).unwrap();
+                assert_eq!(z[1], 0.2, "as fast as the belt, to the last bit");
+                assert!((z[0] - x - 0.2 * (t - caught)).abs() < 1e-10);
+            }
+            integrator.next_event(&BELT, caught + 20.0).unwrap();
+            assert!((integrator.time() - caught - 5.0).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_slip_is_as_wide_as_it_should_be() {
+    let [lawson, ..] = all_methods(1e-12, 0.1, 1e-3);
+    let mut integrator = run_exact(lawson, &BELT, &[0.0, 0.2], 0.0);
+    let mut z = [0.0; 2];
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for k in 0..=89_026 {
+        integrator
+            .sample(&BELT, 5.0 + 1e-4 * f64::from(k), &mut z)
+            .unwrap();
+        low = low.min(z[0]);
+        high = high.max(z[0]);
+    }
+    let amplitude = (0.5_f64.powi(2) + 0.2_f64.powi(2)).sqrt();
+    assert!((amplitude - 0.5385165).abs() < 5e-8);
+    assert!(
+        (0.5 * (high - low) - amplitude).abs() < 1e-8,
+        "{low} {high}"
+    );
+}
+
+const DAMPED: DampedContact = DampedContact {
+    omega: 1.0,
+    damping: 0.05,
+    drive: 0.8,
+    drive_omega: 1.7,
+    contact_stiffness: 9.0,
+    contact_damping: 1.2,
+};
+
+/// The state of [`DAMPED`] at a time, by the closed form of each contact and of each flight.
+fn damped_exact(z0: [f64; 2], end: f64) -> [f64; 2] {
+    let free = Oscillator {
+        decay: 0.05,
+        stiffness: 1.0,
+        drive: 0.8,
+        drive_omega: 1.7,
+    };
+    let touching = Oscillator {
+        decay: 0.05 + 0.6,
+        stiffness: 10.0,
+        ..free
+    };
+    let (mut t, mut z, mut touches) = (0.0, z0, z0[0] < 0.0);
+    loop {
+        let (law, sign) = if touches {
+            (touching, -1.0)
+        } else {
+            (free, 1.0)
+        };
+        let Some(event) = law.fall(t, z, end, sign, 0.0) else {
+            return law.at(t, z, end);
+        };
+        z = law.at(t, z, event);
+        (t, touches) = (event, !touches);
+    }
+}
+
+#[test]
+fn with_force_jumps_the_full_order_is_reached_by_stopping_and_only_so() {
+    let (z0, end) = ([0.5, 0.0], 15.0);
+    let exact = damped_exact(z0, end);
+    for (k, least) in [4.7, 4.7, 3.7].into_iter().enumerate() {
+        let methods = [1, 2, 4, 8].map(|n| equal_steps(0.1 / f64::from(n))[k]);
+        let stopped = methods.map(|m| distance(run_exact(m, &DAMPED, &z0, end).state(), &exact));
+        let order = fitted_order(&stopped);
+        assert!(order > least, "method {k}: {order} by {stopped:?}");
+        let through = methods.map(|m| distance(run(m, &DAMPED, &z0, end).state(), &exact));
+        let order = fitted_order(&through);
+        assert!(order < 2.5, "method {k}: {order} by {through:?}");
+    }
+}
+
+#[test]
+fn grazing_is_told_from_crossing() {
+    // x = speed sin(t): it comes down to the wall at -speed.
+    let sys = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.0,
+        drive: 0.0,
+        drive_omega: 0.0,
+        wall: -0.7,
+        restitution: 0.8,
+    };
+    for step in [0.1, 0.33, 0.5, 1.0] {
+        let [lawson, ..] = all_methods(1e-9, step, step);
+        let tally = |speed: f64| run_exact(lawson, &sys, &[0.0, speed], 6.0).tally();
+        for depth in [1e-9, 1e-6, 1e-3] {
+            let above = tally(0.7 * (1.0 - depth));
+            assert_eq!((above.events, above.grazings), (0, 0), "{step} {depth}");
+            let below = tally(0.7 * (1.0 + depth));
+            assert_eq!((below.events, below.grazings), (1, 0), "{step} {depth}");
+        }
+        let touch = tally(0.7);
+        assert_eq!((touch.events, touch.grazings), (0, 1), "{step}");
+    }
+}

@@ -1,0 +1,104 @@
+//! Unilateral springs, as many as one likes, with their guards.
+
+use std::cell::Cell;
+
+use super::super::{Switching, System};
+
+/// Oscillators pressed against unilateral springs, `N_n = max(0, p_n + k phi_n . q)`, as the
+/// perturbation from `q = 0`.
+pub struct Springs {
+    pub omega: Vec<f64>,
+    /// The shapes `phi_n`, spring after spring.
+    pub shapes: Vec<f64>,
+    pub press: Vec<f64>,
+    pub stiffness: f64,
+    /// Calls of the force, under a status or not.
+    pub calls: Cell<u64>,
+}
+
+impl Springs {
+    pub fn new(omega: &[f64], shapes: &[f64], press: &[f64], stiffness: f64) -> Self {
+        assert_eq!(shapes.len(), omega.len() * press.len());
+        Self {
+            omega: omega.to_vec(),
+            shapes: shapes.to_vec(),
+            press: press.to_vec(),
+            stiffness,
+            calls: Cell::new(0),
+        }
+    }
+
+    /// The normal force of a spring while positive.
+    fn gap(&self, n: usize, z: &[f64]) -> f64 {
+        let m = self.omega.len();
+        let shape = &self.shapes[n * m..][..m];
+        self.press[n] + self.stiffness * shape.iter().zip(z).map(|(a, b)| a * b).sum::<f64>()
+    }
+
+    fn add_spring(&self, n: usize, normal: f64, out: &mut [f64]) {
+        let m = self.omega.len();
+        for (out, shape) in out.iter_mut().zip(&self.shapes[n * m..][..m]) {
+            *out -= shape * (normal - self.press[n]);
+        }
+    }
+}
+
+impl System for Springs {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+        self.calls.set(self.calls.get() + 1);
+        out.fill(0.0);
+        for n in 0..self.press.len() {
+            self.add_spring(n, self.gap(n, z).max(0.0), out);
+        }
+    }
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+}
+
+impl Switching for Springs {
+    fn status_len(&self) -> usize {
+        self.press.len()
+    }
+    fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
+        for (n, status) in status.iter_mut().enumerate() {
+            *status = u8::from(self.gap(n, z) > 0.0);
+        }
+    }
+    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
+        self.calls.set(self.calls.get() + 1);
+        out.fill(0.0);
+        for (n, closed) in status.iter().enumerate() {
+            let normal = if *closed == 1 { self.gap(n, z) } else { 0.0 };
+            self.add_spring(n, normal, out);
+        }
+    }
+    fn guards(&self) -> usize {
+        self.press.len()
+    }
+    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
+        for (n, value) in values.iter_mut().enumerate() {
+            let gap = self.gap(n, z);
+            *value = if status[n] == 1 { gap } else { -gap };
+        }
+    }
+    fn cross(&self, guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
+        status[guard] ^= 1;
+    }
+    fn is_continuous(&self) -> bool {
+        true
+    }
+    fn guard_gradient(
+        &self,
+        _status: &[u8],
+        _guard: usize,
+        _t: f64,
+        _z: &[f64],
+        _gradient: &mut [f64],
+    ) -> f64 {
+        unreachable!("no tangent vectors are followed here")
+    }
+}

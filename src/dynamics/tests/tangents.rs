@@ -1,0 +1,272 @@
+//! Tangent vectors against differences of the flow itself.
+
+use super::*;
+use crate::dynamics::{Differentiable, Switching};
+use crate::systems::{DampedContact, ImpactOscillator, Lorenz, MassOnBelt};
+
+const IMPACTS: ImpactOscillator = ImpactOscillator {
+    omega: 1.0,
+    damping: 0.03,
+    drive: 1.0,
+    drive_omega: 2.8,
+    wall: 0.0,
+    restitution: 0.8,
+};
+
+const BELT: MassOnBelt = MassOnBelt {
+    omega: 1.0,
+    damping: 0.05,
+    load: 1.0,
+    mu_s: 1.0,
+    mu_d: 0.5,
+    belt: 0.2,
+};
+
+const CONTACT: DampedContact = DampedContact {
+    omega: 1.0,
+    damping: 0.02,
+    drive: 0.7,
+    drive_omega: 1.7,
+    contact_stiffness: 20.0,
+    contact_damping: 1.5,
+};
+
+fn to_events<Y: System>(method: Method, sys: &Y) -> Integrator {
+    let integrator = Integrator::new(method, sys).unwrap();
+    match sys.switching() {
+        Some(_) => integrator.with_events(sys).unwrap(),
+        None => integrator,
+    }
+}
+
+/// The state at time `t`.
+fn flow<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> Vec<f64> {
+    let mut integrator = to_events(method, sys);
+    integrator.start(sys, 0.0, z0).unwrap();
+    integrator.land(sys, t).unwrap();
+    integrator.state().to_vec()
+}
+
+/// The largest difference of the tangent vectors from differences of the flow, relative to the
+/// largest of their numbers; and the crossings on the way.
+fn difference<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> (f64, u64) {
+    let n = sys.tangent_dim();
+    let mut integrator = to_events(method, sys).with_tangents(sys, n, 0).unwrap();
+    integrator.start(sys, 0.0, z0).unwrap();
+    let mut unit = vec![0.0; n * n];
+    (0..n).for_each(|c| unit[c * n + c] = 1.0);
+    integrator.follow_vectors(&unit).unwrap();
+    integrator.land(sys, t).unwrap();
+    let vectors = integrator.tangent_vectors().unwrap();
+    let largest = vectors.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let mut worst = 0.0_f64;
+    for l in 0..n {
+        let shifted = |shift: f64| {
+            let mut z = z0.to_vec();
+            z[l] += shift;
+            flow(method, sys, &z, t)
+        };
+        let step = 1e-4;
+        let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|k| shifted(k * step));
+        for k in 0..n {
+            let slope = (8.0 * (c[k] - b[k]) - (d[k] - a[k])) / (12.0 * step);
+            worst = worst.max((slope - vectors[k * n + l]).abs() / largest);
+        }
+    }
+    (worst, integrator.tally().crossings)
+}
+
+#[test]
+fn the_tangent_flow_is_the_derivative_of_the_flow_across_jumps() {
+    for method in all_methods(1e-12, 0.1, 1e-3) {
+        for (name, (error, crossings)) in [
+            (
+                "Lorenz",
+                difference(method, &Lorenz::CLASSICAL, &[1.0, -2.0, 17.0], 0.7),
+            ),
+            ("impacts", difference(method, &IMPACTS, &[0.5, 0.1], 9.0)),
+            (
+                "belt, slipping",
+                difference(method, &BELT, &[1.8, -0.3], 3.0),
+            ),
+            (
+                "belt, sticking",
+                difference(method, &BELT, &[1.8, -0.3], 20.0),
+            ),
+            // The spring pulls harder than friction can hold: the mass does not stick.
+            ("belt, turning", difference(method, &BELT, &[2.3, 0.6], 1.0)),
+            (
+                "damped contact",
+                difference(method, &CONTACT, &[0.4, 0.1], 9.0),
+            ),
+        ] {
+            assert!(error < 1e-6, "{name}, {method:?}: {error:e}");
+            assert_eq!(
+                crossings == 0,
+                name == "Lorenz" || name == "belt, slipping",
+                "{name}"
+            );
+        }
+    }
+}
+
+/// Three laws, of which the second one lasts no time: its guard is negative as soon as it begins.
+struct Relay;
+
+impl System for Relay {
+    fn omega(&self) -> &[f64] {
+        &[]
+    }
+    fn first_order(&self) -> usize {
+        2
+    }
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        self.force_in(&[0], t, z, out);
+    }
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Switching for Relay {
+    fn status_len(&self) -> usize {
+        1
+    }
+    fn status_of(&self, _t: f64, _z: &[f64], status: &mut [u8]) {
+        status[0] = 0;
+    }
+    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(&match status[0] {
+            0 => [1.0, z[0]],
+            1 => [3.0, -5.0],
+            _ => [2.0, 4.0],
+        });
+    }
+    fn guards(&self) -> usize {
+        2
+    }
+    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
+        values.copy_from_slice(&match status[0] {
+            0 => [1.0 - z[0] - 0.3 * z[1], 1.0],
+            1 => [1.0, -1.0 - z[0]],
+            _ => [1.0, 1.0],
+        });
+    }
+    fn cross(&self, _guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
+        status[0] += 1;
+    }
+    fn guard_gradient(
+        &self,
+        status: &[u8],
+        _guard: usize,
+        _t: f64,
+        _z: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let slopes = if status[0] == 0 {
+            [-1.0, -0.3]
+        } else {
+            [-1.0, 0.0]
+        };
+        gradient.copy_from_slice(&slopes);
+        0.0
+    }
+}
+
+impl Differentiable for Relay {
+    fn product(
+        &self,
+        status: Option<&[u8]>,
+        _record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        if status == Some(&[0]) {
+            out[width..].copy_from_slice(&vectors[..width]);
+        }
+    }
+}
+
+#[test]
+fn guards_crossed_in_one_instant_share_their_delay() {
+    for method in all_methods(1e-12, 0.1, 1e-3) {
+        let (error, crossings) = difference(method, &Relay, &[0.2, 0.1], 2.0);
+        assert_eq!(crossings, 2);
+        assert!(error < 1e-8, "{method:?}: {error:e}");
+    }
+}
+
+/// The rate at which two trajectories part that are brought back to a small distance again and again
+/// (G. Benettin, L. Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20). It shares
+/// no tangent vector, no derivative and no saltation with what it judges.
+fn parting<Y: System>(method: Method, sys: &Y, z0: &[f64], every: f64, times: u32) -> f64 {
+    const APART: f64 = 1e-7;
+    let (mut first, mut second) = (to_events(method, sys), to_events(method, sys));
+    let mut near = z0.to_vec();
+    near[0] += APART;
+    first.start(sys, 0.0, z0).unwrap();
+    let (mut sum, skip) = (0.0, times / 10);
+    for k in 1..=times {
+        let from = every * f64::from(k - 1);
+        second.start(sys, from, &near).unwrap();
+        first.land(sys, from + every).unwrap();
+        second.land(sys, from + every).unwrap();
+        let apart: Vec<f64> = second
+            .state()
+            .iter()
+            .zip(first.state())
+            .map(|(b, a)| b - a)
+            .collect();
+        let length = apart.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if k > skip {
+            sum += (length / APART).ln();
+        }
+        for ((near, a), x) in near.iter_mut().zip(first.state()).zip(&apart) {
+            *near = a + x * (APART / length);
+        }
+    }
+    sum / (every * f64::from(times - skip))
+}
+
+#[test]
+fn two_trajectories_part_at_the_largest_exponent() {
+    let method = all_methods(1e-10, 0.1, 1e-3)[1];
+    let lorenz = parting(method, &Lorenz::CLASSICAL, &[1.0, -2.0, 17.0], 0.5, 2000);
+    assert!((lorenz - 0.9056).abs() < 0.02, "{lorenz}");
+    let sys = ImpactOscillator {
+        damping: 0.0,
+        ..IMPACTS
+    };
+    let impacts = parting(method, &sys, &[0.5, 0.0], 2.0, 4000);
+    assert!((impacts - 0.14245).abs() < 0.01, "{impacts}");
+}
+
+#[test]
+fn taking_a_step_back_takes_the_vectors_back() {
+    let lorenz = Lorenz::CLASSICAL;
+    for method in all_methods(1e-9, 0.1, 0.01) {
+        let exponents = |detour: bool| {
+            let mut integrator = Integrator::new(method, &lorenz)
+                .and_then(|new| new.with_tangents(&lorenz, 3, 4))
+                .unwrap();
+            integrator.start(&lorenz, 0.0, &[1.0, -2.0, 17.0]).unwrap();
+            integrator.sample(&lorenz, 3.0, &mut [0.0; 3]).unwrap();
+            if detour {
+                integrator.forget_growth();
+            }
+            integrator.land(&lorenz, 3.0).unwrap();
+            integrator.forget_growth();
+            integrator.land(&lorenz, 5.0).unwrap();
+            integrator.exponents().unwrap()
+        };
+        let (straight, detour) = (exponents(false), exponents(true));
+        for (a, b) in straight.exponents.iter().zip(&detour.exponents) {
+            assert!((a.value - b.value).abs() < 1e-8, "{method:?}: {a:?} {b:?}");
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! The first station of a small system: from a scene to frames.
+
+use std::time::Instant;
+
+use super::message::{Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
+use super::source::{kinds, section_coordinates};
+use super::{PipelineError, Prepared, Source, prepare};
+use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
+
+/// Natural and driving frequencies shown in spectra, times this: jumps have many harmonics.
+const HARMONICS: f64 = 8.0;
+
+/// A running simulation of a small system. It stops at every event, and tells the status at each
+/// sample.
+pub struct SmallSimulation {
+    scene: Scene,
+    info: SmallInfo,
+    prepared: Prepared,
+    /// Index of the next sample, from the start.
+    next_sample: u64,
+    frames: u64,
+    /// Guards crossed until the last frame's end.
+    crossings: u64,
+    busy_seconds: f64,
+}
+
+impl SmallSimulation {
+    /// Starts the system of a scene.
+    ///
+    /// # Errors
+    /// If the scene runs a joint, or the integrator cannot start.
+    pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
+        let SubjectSpec::Small(small) = &scene.subject else {
+            return Err(SceneError::NoSmallSystem {
+                scene: scene.name.clone(),
+            }
+            .into());
+        };
+        let mut prepared = prepare(scene)?;
+        let Prepared {
+            system,
+            integrator,
+            state,
+        } = &mut prepared;
+        integrator.start(system.as_ref(), 0.0, state)?;
+        Ok(Self {
+            scene: scene.clone(),
+            info: info(small, scene.sample_rate),
+            prepared,
+            next_sample: 0,
+            frames: 0,
+            crossings: 0,
+            busy_seconds: 0.0,
+        })
+    }
+}
+
+impl Source for SmallSimulation {
+    fn header(&self, command: &str) -> Header {
+        let scene = &self.scene;
+        Header {
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            about: scene.about.clone(),
+            scene_text: scene.text.clone(),
+            command: command.to_owned(),
+            sample_rate: scene.sample_rate,
+            duration: scene.duration,
+            analyses: kinds(&scene.analysis),
+            section: section_coordinates(&scene.analysis),
+            subject: Subject::Small(self.info.clone()),
+        }
+    }
+
+    fn analysis(&self) -> &AnalysisSpec {
+        &self.scene.analysis
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
+        let left = self.scene.samples().saturating_sub(self.next_sample);
+        if left == 0 {
+            return Ok(None);
+        }
+        let began = Instant::now();
+        let rate = self.scene.sample_rate;
+        let count = left.min(self.scene.frame_samples as u64);
+        let Prepared {
+            system,
+            integrator,
+            state: z,
+        } = &mut self.prepared;
+        let mut frame = Frame {
+            index: self.frames,
+            t0: self.next_sample as f64 / rate,
+            dt: 1.0 / rate,
+            modes: 1,
+            ..Frame::default()
+        };
+        for index in self.next_sample..self.next_sample + count {
+            integrator.sample(system.as_ref(), index as f64 / rate, z)?;
+            frame.q.push(z[0]);
+            frame.qdot.push(z[1]);
+            // The status of the step that the sample lies in.
+            frame.status.extend(integrator.status());
+        }
+        frame.displacement.clone_from(&frame.q);
+        frame.velocity.clone_from(&frame.qdot);
+        frame.tally = integrator.tally();
+        frame.transitions = frame.tally.crossings - self.crossings;
+        self.crossings = frame.tally.crossings;
+        self.next_sample += count;
+        self.frames += 1;
+        self.busy_seconds += began.elapsed().as_secs_f64();
+        frame.busy_seconds = self.busy_seconds;
+        Ok(Some(frame))
+    }
+
+    fn is_over(&self) -> bool {
+        self.next_sample >= self.scene.samples()
+    }
+}
+
+/// What is to be said of a small system sampled at `rate` (Hz).
+fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
+    let (omegas, statuses, transition) = match small {
+        SmallSystem::ImpactOscillator(system) => (
+            vec![system.omega, system.drive_omega],
+            names([
+                (ImpactOscillator::FLYING, "flying", StatusKind::Free),
+                (
+                    ImpactOscillator::RESTING,
+                    "resting on the wall",
+                    StatusKind::Held,
+                ),
+            ]),
+            "impacts",
+        ),
+        SmallSystem::MassOnBelt(system) => (
+            vec![system.omega],
+            names([
+                (MassOnBelt::BACK, "slides back", StatusKind::Free),
+                (MassOnBelt::STICKS, "sticks", StatusKind::Held),
+                (MassOnBelt::AHEAD, "slides ahead", StatusKind::Other),
+            ]),
+            "changes between sticking and sliding",
+        ),
+        SmallSystem::DampedContact(system) => (
+            vec![
+                system.omega,
+                system.drive_omega,
+                system.contact_stiffness.sqrt(),
+            ],
+            names([
+                (DampedContact::FREE, "apart", StatusKind::Free),
+                (DampedContact::TOUCHING, "touching", StatusKind::Held),
+            ]),
+            "touches and lift-offs",
+        ),
+    };
+    let highest = omegas.iter().copied().fold(0.0, f64::max) / std::f64::consts::TAU;
+    SmallInfo {
+        words: small.words().to_owned(),
+        frequency_hz: omegas[0] / std::f64::consts::TAU,
+        highest_frequency: (HARMONICS * highest).min(0.5 * rate),
+        statuses,
+        transition: transition.to_owned(),
+    }
+}
+
+/// The statuses by their number.
+fn names<const N: usize>(statuses: [(u8, &str, StatusKind); N]) -> Vec<StatusInfo> {
+    let mut statuses = statuses.to_vec();
+    statuses.sort_by_key(|(number, ..)| *number);
+    let info = |(_, label, kind): (u8, &str, StatusKind)| StatusInfo {
+        label: label.to_owned(),
+        kind,
+    };
+    statuses.into_iter().map(info).collect()
+}

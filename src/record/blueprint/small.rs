@@ -1,0 +1,56 @@
+//! The screen of a small system.
+
+use rerun::blueprint::{ContainerLike, StateTimelineView};
+
+use super::{Layout, Parts, tab};
+use crate::{
+    pipeline::message::{Header, SmallInfo},
+    record::{paths, portrait::Portrait, small, style::Quantity},
+};
+
+/// Natural periods that the time series show.
+const PERIODS: f64 = 12.0;
+
+impl Layout {
+    /// How it moves, and what it is doing at the time.
+    pub fn motion_tab(&mut self, header: &Header, info: &SmallInfo) -> Option<ContainerLike> {
+        let words = self.text("What you see", paths::NARRATION);
+        let portrait = self.picture("Phase portrait", paths::PORTRAIT, Portrait::bounds());
+        let embedding = self.embedding(header, 3.9);
+        let recurrence = self.recurrence(header);
+        let spectrogram = self.spectrogram(header);
+        let spectrum = self.spectrum(header);
+        let window = (PERIODS / info.frequency_hz).min(header.duration);
+        let last = Quantity::Time.words(window);
+        let displacement = self.series(
+            &format!("Displacement x, µm (last {last})"),
+            paths::DISPLACEMENT,
+            Some(window),
+        );
+        let velocity = self.series(
+            &format!("Velocity v, mm/s (last {last})"),
+            paths::VELOCITY,
+            Some(window),
+        );
+        let name = format!("What it does: {}", small::key(info));
+        let status: ContainerLike = StateTimelineView::new(name)
+            .with_origin(paths::STATUS)
+            .into();
+        self.window(&status, window);
+
+        let top = Parts::new()
+            .add(1.0, portrait)
+            .add(1.0, embedding)
+            .add(1.0, recurrence)
+            .row();
+        let middle = Parts::new().add(1.62, spectrogram).add(1.0, spectrum).row();
+        let series = Parts::new().add(1.0, displacement).add(1.0, velocity).row();
+        let right = Parts::new()
+            .add(0.40, top)
+            .add(0.27, middle)
+            .add(0.21, series)
+            .add(0.12, status);
+        let screen = Parts::new().add(0.25, words).add(0.75, right.column());
+        tab("Motion", screen.row())
+    }
+}

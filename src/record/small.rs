@@ -1,0 +1,167 @@
+//! A small system: its samples in the colour of what it is doing, and that as a band.
+
+use rerun::{Color, RecordingStream, SeriesLines, StateChange, StateConfiguration};
+
+use super::{
+    error::RecordError,
+    paths,
+    portrait::Portrait,
+    samples::{Rows, name_series},
+    stream, style,
+};
+use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
+
+/// Natural periods that the trail of the phase portrait takes in.
+const TRAIL: f64 = 40.0;
+
+/// What frames of a small system draw.
+#[derive(Debug)]
+pub struct SmallFrames {
+    small: SmallInfo,
+    displacement: Rows,
+    velocity: Rows,
+    portrait: Portrait,
+    /// The status at the last sample.
+    last: Option<u8>,
+    seen: Seen,
+}
+
+/// What has been seen since it was last told.
+#[derive(Debug, Default)]
+struct Seen {
+    /// Time covered, s.
+    time: f64,
+    /// Samples in each status.
+    samples: Vec<u64>,
+    transitions: u64,
+}
+
+impl SmallFrames {
+    /// Names the series and the statuses, and starts empty.
+    pub fn new(rec: &RecordingStream, small: &SmallInfo) -> Result<Self, RecordError> {
+        let colors: Vec<Color> = small.statuses.iter().map(|s| color(s.kind)).collect();
+        for (path, name) in [
+            (paths::DISPLACEMENT, "displacement, µm"),
+            (paths::VELOCITY, "velocity, mm/s"),
+        ] {
+            name_series(rec, path, [name.to_owned()], [colors[0]])?;
+        }
+        let labels = || small.statuses.iter().map(|status| status.label.as_str());
+        let band = StateConfiguration::new()
+            .with_values(labels())
+            .with_labels(labels())
+            .with_colors(colors.iter().copied());
+        rec.log_static(paths::STATUS, &band)?;
+        Ok(Self {
+            displacement: Rows::new(paths::DISPLACEMENT, 1),
+            velocity: Rows::new(paths::VELOCITY, 1),
+            portrait: Portrait::new(TRAIL / small.frequency_hz, colors),
+            last: None,
+            seen: Seen::default(),
+            small: small.clone(),
+        })
+    }
+
+    /// Takes a frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        self.draw_status(rec, frame)?;
+        for k in 0..frame.len() {
+            let time = frame.time(k);
+            self.displacement.push(time, [1e6 * frame.displacement[k]]);
+            self.velocity.push(time, [1e3 * frame.velocity[k]]);
+        }
+        self.displacement.send_full(rec)?;
+        self.velocity.send_full(rec)?;
+        self.portrait.push(rec, frame)?;
+        self.seen.push(frame, self.small.statuses.len());
+        Ok(())
+    }
+
+    /// Sends what is left.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.displacement.send(rec)?;
+        self.velocity.send(rec)
+    }
+
+    /// The changes of status, as a band and as the colour of the series.
+    fn draw_status(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        let mut times = Vec::new();
+        let mut changed = Vec::new();
+        for (k, &status) in frame.status.iter().enumerate() {
+            if self.last.replace(status) != Some(status) {
+                times.push(stream::nanos(frame.time(k)));
+                changed.push(&self.small.statuses[usize::from(status)]);
+            }
+        }
+        if times.is_empty() {
+            return Ok(());
+        }
+        let labels = changed.iter().map(|status| status.label.as_str());
+        let band = StateChange::new().with_state(labels);
+        stream::send_rows(rec, paths::STATUS, &times, band.columns_of_unit_batches())?;
+        for path in [paths::DISPLACEMENT, paths::VELOCITY] {
+            let colors = changed.iter().map(|status| color(status.kind));
+            let colors = SeriesLines::update_fields().with_colors(colors);
+            stream::send_rows(rec, path, &times, colors.columns_of_unit_batches())?;
+        }
+        Ok(())
+    }
+
+    /// What it has been doing since this was last asked: a sentence, Markdown.
+    pub fn doing(&mut self) -> String {
+        let seen = std::mem::take(&mut self.seen);
+        let all: u64 = seen.samples.iter().sum();
+        let shares = self.small.statuses.iter().zip(&seen.samples);
+        let shares: Vec<String> = shares
+            .filter(|(_, samples)| **samples > 0)
+            .map(|(status, &samples)| {
+                format!(
+                    "{} **{:.0} %**",
+                    status.label,
+                    1e2 * samples as f64 / all as f64
+                )
+            })
+            .collect();
+        format!(
+            "Of the last {}: {}; {} {}.",
+            style::Quantity::Time.words(seen.time),
+            shares.join(", "),
+            seen.transitions,
+            self.small.transition,
+        )
+    }
+}
+
+impl Seen {
+    fn push(&mut self, frame: &Frame, statuses: usize) {
+        self.time += frame.end() - frame.t0;
+        self.samples.resize(statuses, 0);
+        for &status in &frame.status {
+            self.samples[usize::from(status)] += 1;
+        }
+        self.transitions += frame.transitions;
+    }
+}
+
+/// The colour of a status: that of nodes which slide, stick, or neither.
+pub fn color(kind: StatusKind) -> Color {
+    match kind {
+        StatusKind::Free => style::SIGNAL,
+        StatusKind::Held => style::ACCENT,
+        StatusKind::Other => style::ROTATION,
+    }
+}
+
+/// The colours in words, for the names of views: `flying (blue), resting on the wall (orange)`.
+pub fn key(small: &SmallInfo) -> String {
+    let color = |kind| match kind {
+        StatusKind::Free => "blue",
+        StatusKind::Held => "orange",
+        StatusKind::Other => "green",
+    };
+    let statuses = small.statuses.iter();
+    let words: Vec<String> = statuses
+        .map(|status| format!("{} ({})", status.label, color(status.kind)))
+        .collect();
+    words.join(", ")
+}

@@ -1,0 +1,51 @@
+//! The oscillators of Henon and Heiles.
+
+use crate::dynamics::{Differentiable, System};
+
+/// A star in a galaxy, `x'' + x = -2 x y`, `y'' + y = y^2 - x^2`; state `[x, y, x', y']`. Its energy
+/// is kept, and its exponents come in pairs of opposite sign (M. Henon and C. Heiles, Astron. J. 69
+/// (1964) 73-79).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HenonHeiles;
+
+impl HenonHeiles {
+    /// The energy of a state, `(x'^2 + y'^2 + x^2 + y^2) / 2 + x^2 y - y^3 / 3`. Below 1/6 the star
+    /// cannot escape.
+    pub fn energy(z: &[f64]) -> f64 {
+        let squares: f64 = z.iter().map(|z| z * z).sum();
+        0.5 * squares + z[0] * z[0] * z[1] - z[1].powi(3) / 3.0
+    }
+}
+
+impl System for HenonHeiles {
+    fn omega(&self) -> &[f64] {
+        &[1.0, 1.0]
+    }
+
+    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+        out[0] = -2.0 * z[0] * z[1];
+        out[1] = z[1] * z[1] - z[0] * z[0];
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for HenonHeiles {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let (x, y) = (record[1], record[2]);
+        for l in 0..width {
+            let (dx, dy) = (vectors[l], vectors[width + l]);
+            out[l] = -2.0 * (dx * y + x * dy);
+            out[width + l] = 2.0 * (y * dy - x * dx);
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The equations of Roessler.
+
+use crate::dynamics::{Differentiable, System};
+
+/// `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)`; state `[x, y, z]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roessler {
+    /// How fast the spiral opens.
+    pub a: f64,
+    /// What feeds the fold.
+    pub b: f64,
+    /// Where the fold begins.
+    pub c: f64,
+}
+
+impl Roessler {
+    /// The numbers of O. E. Roessler (Phys. Lett. A 57 (1976) 397-398): chaotic.
+    pub const CLASSICAL: Self = Self {
+        a: 0.2,
+        b: 0.2,
+        c: 5.7,
+    };
+}
+
+impl System for Roessler {
+    fn omega(&self) -> &[f64] {
+        &[]
+    }
+
+    fn first_order(&self) -> usize {
+        3
+    }
+
+    fn force(&self, _t: f64, w: &[f64], out: &mut [f64]) {
+        out[0] = -w[1] - w[2];
+        out[1] = w[0] + self.a * w[1];
+        out[2] = self.b + w[2] * (w[0] - self.c);
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Roessler {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let [_, x, _, z] = *record else {
+            unreachable!("the record is the time and the state")
+        };
+        for l in 0..width {
+            let [dx, dy, dz] = [0, 1, 2].map(|c| vectors[c * width + l]);
+            out[l] = -dy - dz;
+            out[width + l] = dx + self.a * dy;
+            out[2 * width + l] = dz * (x - self.c) + z * dx;
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What the exponents of the scenes are: zero on cycles and tori, positive in chaos.
+
+use squeakscope::dynamics::{Attractor, Exponent, Sign};
+use squeakscope::scene::{Scene, Schedule};
+use squeakscope::study::lyapunov::{Count, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov};
+
+fn follow(scene: Scene, count: Count, goal: Goal) -> SceneLyapunov {
+    let request = LyapunovRequest {
+        count,
+        settle: None,
+        goal,
+    };
+    scene_lyapunov(&scene, &request, &mut |_| true).expect("done")
+}
+
+fn scene(name: &str) -> Scene {
+    Scene::load(name).expect("preset")
+}
+
+/// Signs of the exponents followed, with the exponents for a message.
+fn signs(found: &SceneLyapunov) -> (Vec<Sign>, &[Exponent]) {
+    let spectrum = &found.study.spectrum;
+    let signs = (0..spectrum.exponents.len()).map(|k| spectrum.sign(k));
+    (signs.collect(), &spectrum.exponents)
+}
+
+/// A limit cycle has one exponent of zero; the next ones are negative.
+#[test]
+fn cycles_have_one_zero_exponent() {
+    for name in ["periodic-2deg", "mode-shift-3.5deg"] {
+        let found = follow(scene(name), Count::Largest(3), Goal::Time(0.4));
+        let (signs, exponents) = signs(&found);
+        let expected = [Sign::Zero, Sign::Negative, Sign::Negative];
+        assert_eq!(signs, expected, "{name}: {exponents:?}");
+        assert_eq!(found.study.spectrum.attractor(), Attractor::Cycle, "{name}");
+    }
+}
+
+/// A torus has two, and none is doubtful.
+#[test]
+fn a_torus_has_two_zero_exponents() {
+    let found = follow(scene("torus-3deg"), Count::Largest(4), Goal::Verdict);
+    let (signs, exponents) = signs(&found);
+    let expected = [Sign::Zero, Sign::Zero, Sign::Negative, Sign::Negative];
+    assert_eq!(signs, expected, "{exponents:?}");
+    assert_eq!(found.study.spectrum.attractor(), Attractor::Torus(2));
+}
+
+/// The chaos of the scene that is named after it.
+#[test]
+fn chaos_has_a_positive_exponent() {
+    let found = follow(scene("chaos-5deg"), Count::Largest(2), Goal::Time(1.5));
+    let (signs, exponents) = signs(&found);
+    assert_eq!(signs[0], Sign::Positive, "{exponents:?}");
+}
+
+/// All exponents add up to the mean trace.
+#[test]
+fn the_sum_is_the_mean_trace() {
+    let found = follow(scene("torus-3deg"), Count::All, Goal::Time(0.1));
+    let (sum, trace) = (found.study.sum(), found.study.mean_trace);
+    let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
+    assert!((sum / trace - 1.0).abs() < 5e-3, "{sum} {trace}");
+}
+
+/// The joint of `chaos-5deg` and `torus-3deg`, tilted slowly from 0 degrees up to a tilt: the motion
+/// is continued up to it.
+fn continued_up(tilt_deg: f64) -> Scene {
+    let knots = [(0.0, 0.0), (0.04, 0.0), (0.04 + 0.04 * tilt_deg, tilt_deg)];
+    let knots = knots.map(|(time, tilt): (f64, f64)| (time, tilt.to_radians()));
+    let mut scene = scene("chaos-5deg").with_duration(500.0).expect("in range");
+    let tilt = Schedule::through(knots.to_vec()).expect("rising times");
+    scene.joint_mut().expect("a joint").tilt = tilt;
+    scene
+}
+
+/// The natural set: the largest exponent is zero at 3 degrees and clearly positive at 5 and 6.
+///
+/// `cargo test --release --test it exponents::the_natural_set -- --ignored --nocapture`
+#[test]
+#[ignore = "about 30 s of simulated time; see the command above"]
+fn the_natural_set_turns_chaotic_between_3_and_5_degrees() {
+    let mut found = Vec::new();
+    for tilt in [3.0, 5.0, 6.0] {
+        let found_here = follow(continued_up(tilt), Count::Largest(3), Goal::Time(6.0));
+        println!("{tilt} deg: {:?}", found_here.study.spectrum);
+        found.push(found_here);
+    }
+    let sign = |k: usize| found[k].study.spectrum.sign(0);
+    assert_eq!(sign(0), Sign::Zero);
+    for k in [1, 2] {
+        assert_eq!(sign(k), Sign::Positive);
+        let largest = found[k].study.spectrum.exponents[0];
+        assert!((20.0..150.0).contains(&largest.value), "{largest:?}");
+    }
+}

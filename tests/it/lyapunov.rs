@@ -1,0 +1,172 @@
+//! `squeakscope lyapunov`: exit codes, JSON, figure, a stop that is heeded.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+fn squeakscope(folder: &Path, words: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_squeakscope"));
+    command
+        .current_dir(folder)
+        .arg("lyapunov")
+        .args(words)
+        .assert()
+}
+
+fn desk() -> tempfile::TempDir {
+    tempfile::tempdir().expect("temporary folder")
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(path).expect("written")).expect("JSON")
+}
+
+#[test]
+fn a_short_run_writes_all_that_it_says() {
+    let desk = desk();
+    let words = [
+        "torus-3deg",
+        "--duration",
+        "5",
+        "--settle",
+        "2",
+        "--until",
+        "0.01",
+        "--json",
+        "out.json",
+        "--csv",
+        "out.csv",
+        "--png",
+        "figures",
+    ];
+    let assert = squeakscope(desk.path(), &words).success().stderr("");
+    let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");
+    assert!(text.starts_with("torus-3deg at 3 deg: "), "{text}");
+
+    let found = json(&desk.path().join("out.json"));
+    assert_eq!(found["tilt_deg"], 3.0);
+    assert_eq!(found["interrupted"], false);
+    assert_eq!(found["goal"], "time");
+    assert_eq!(found["goal_reached"], true);
+    assert_eq!(found["dimension"], 22);
+    let exponents = found["exponents"].as_array().expect("a list");
+    assert_eq!(exponents.len(), 22);
+    let averaged = found["averaged_s"].as_f64().expect("a number");
+    assert!((averaged - 0.01).abs() < 2e-4, "{averaged}");
+    let omega_1 = found["omega_1_rad_per_s"].as_f64().expect("a number");
+    assert!(
+        (omega_1 / std::f64::consts::TAU - 1698.0).abs() < 0.1,
+        "{omega_1}"
+    );
+    for exponent in exponents {
+        let of = |name: &str| exponent[name].as_f64().expect("a number");
+        let error = of("value_over_omega_1") * omega_1 - of("value_per_s");
+        assert!(error.abs() < 1e-9 * of("value_per_s").abs());
+    }
+    let sum: f64 = exponents
+        .iter()
+        .map(|e| e["value_per_s"].as_f64().unwrap())
+        .sum();
+    let said = found["sum_per_s"].as_f64().expect("a number");
+    assert!((sum - said).abs() < 1e-6 * said.abs());
+    let rows = std::fs::read_to_string(desk.path().join("out.csv")).expect("written");
+    let running = found["running"].as_array().expect("a list");
+    assert_eq!(rows.lines().count(), 1 + running.len());
+    let png = std::fs::read(desk.path().join("figures/lyapunov.png")).expect("drawn");
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn json_can_take_the_place_of_the_table() {
+    let desk = desk();
+    let words = [
+        "torus-3deg",
+        "--exponents",
+        "2",
+        "--duration",
+        "2",
+        "--settle",
+        "1",
+        "--until",
+        "0.004",
+        "--json",
+        "-",
+    ];
+    let assert = squeakscope(desk.path(), &words).success();
+    let found: serde_json::Value =
+        serde_json::from_slice(&assert.get_output().stdout).expect("JSON and nothing else");
+    assert_eq!(found["exponents"].as_array().expect("a list").len(), 2);
+    assert_eq!(found["sum_per_s"], serde_json::Value::Null);
+    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 0);
+}
+
+#[test]
+fn bad_input_is_refused_in_one_line() {
+    let desk = desk();
+    std::fs::write(desk.path().join("file"), "x").expect("written");
+    let refused: [(&[&str], &str); 10] = [
+        (&["chaos-5"], "did you mean `chaos-5deg`?"),
+        (
+            &["chaos-5deg", "--tilt", "91"],
+            "a number from -90 to 90 deg",
+        ),
+        (&["chaos-5deg", "--tolerance", "1"], "`time.tolerance` = 1"),
+        (&["chaos-5deg", "--exponents", "23"], "1 to 22"),
+        (
+            &["chaos-5deg", "--exponents", "0"],
+            "a whole number from 1, or `all`",
+        ),
+        (&["chaos-5deg", "--until", "0"], "a number above 0"),
+        (&["chaos-5deg", "--error", "nan"], "a number above 0"),
+        (
+            &["chaos-5deg", "--until", "1", "--error", "1"],
+            "cannot be used with",
+        ),
+        (&["chaos-5deg", "--png", "file"], "`file` (--png)"),
+        (
+            &["chaos-5deg", "--json", "out", "--csv", "out"],
+            "asked for twice",
+        ),
+    ];
+    for (words, said) in refused {
+        let assert = squeakscope(desk.path(), words).code(2).stdout("");
+        let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
+        assert!(message.starts_with("error: "), "{message}");
+        assert!(message.contains(said), "{words:?}: {message}");
+    }
+    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 1);
+}
+
+/// Ctrl-C: the exit code of an interruption, and what was reached until then.
+#[cfg(unix)]
+#[test]
+fn an_interruption_keeps_what_was_reached() {
+    let desk = desk();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        .current_dir(desk.path())
+        .args([
+            "lyapunov",
+            "chaos-5deg",
+            "--exponents",
+            "1",
+            "--duration",
+            "1",
+        ])
+        .args(["--until", "100000", "--json", "out.json"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("started");
+    std::thread::sleep(Duration::from_millis(1500));
+    let asked = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .expect("kill is there");
+    assert!(asked.success());
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    let found = json(&desk.path().join("out.json"));
+    assert_eq!(found["interrupted"], true);
+    assert_eq!(found["goal_reached"], false);
+    let averaged = found["averaged_s"].as_f64().expect("a number");
+    assert!(averaged > 0.0 && averaged < 1e4, "{averaged}");
+}

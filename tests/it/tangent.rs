@@ -1,0 +1,374 @@
+//! The tangent flow of the joint, whose nodes open and close by the hundred: against finite
+//! differences of the flow itself, and against Liouville's theorem.
+
+use std::cell::RefCell;
+
+use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, Switching, System};
+use squeakscope::joint::{BallJoint, Joint};
+use squeakscope::pipeline::initial_state;
+use squeakscope::scene::Scene;
+
+/// The joint of `torus-3deg` with so many contact nodes, kicked so hard (m/s) that they chatter.
+fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
+    let mut scene = Scene::load("torus-3deg").unwrap();
+    scene.joint.contact.nodes = nodes;
+    scene.start.kick = kick;
+    let ball = BallJoint::new(&scene.joint).unwrap();
+    let joint = ball.joint(scene.tilt.at(0.0)).unwrap();
+    let z = initial_state(&scene, joint.modes());
+    (joint, z)
+}
+
+/// How contact is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Through,
+    Exact,
+}
+
+fn integrator<Y: System>(sys: &Y, mode: Mode, tolerance: f64) -> Integrator {
+    let method = Method::Lawson54 {
+        accuracy: Accuracy::relative(tolerance),
+        max_step: 20e-6,
+    };
+    let integrator = Integrator::new(method, sys).unwrap();
+    match mode {
+        Mode::Through => integrator,
+        Mode::Exact => integrator.with_events(sys).unwrap(),
+    }
+}
+
+/// The state after `span` seconds.
+fn flow(joint: &Joint, mode: Mode, tolerance: f64, z: &[f64], span: f64) -> Vec<f64> {
+    let mut integrator = integrator(joint, mode, tolerance);
+    integrator.start(joint, 0.0, z).unwrap();
+    integrator.land(joint, span).unwrap();
+    integrator.state().to_vec()
+}
+
+/// Length in the norm of the vibration's energy.
+fn length(joint: &Joint, z: impl IntoIterator<Item = f64>) -> f64 {
+    let m = joint.modes();
+    let squares = z.into_iter().enumerate().map(|(c, z)| {
+        let scale = if c < m { joint.omega()[c] } else { 1.0 };
+        (scale * z).powi(2)
+    });
+    squares.sum::<f64>().sqrt()
+}
+
+/// Some directions, each of length one: component after component, side by side.
+fn directions(joint: &Joint, width: usize) -> Vec<f64> {
+    let m = joint.modes();
+    let mut vectors: Vec<f64> = (0..2 * m * width)
+        .map(|k| (1.0 + 1.7 * k as f64).sin())
+        .collect();
+    for (c, row) in vectors[..m * width].chunks_exact_mut(width).enumerate() {
+        row.iter_mut().for_each(|x| *x /= joint.omega()[c]);
+    }
+    for l in 0..width {
+        let column = |vectors: &[f64]| vectors[l..].iter().step_by(width).copied().collect();
+        let column: Vec<f64> = column(&vectors);
+        let size = length(joint, column);
+        vectors[l..]
+            .iter_mut()
+            .step_by(width)
+            .for_each(|x| *x /= size);
+    }
+    vectors
+}
+
+/// How far the tangent vectors are from difference quotients of the flow, relative to their length:
+/// the worst of so many. Also the crossings on the way.
+fn tangent_error(
+    joint: &Joint,
+    mode: Mode,
+    tolerance: f64,
+    z: &[f64],
+    span: f64,
+    step: f64,
+) -> (f64, u64) {
+    const WIDTH: usize = 3;
+    let vectors = directions(joint, WIDTH);
+    let mut followed = integrator(joint, mode, tolerance)
+        .with_tangents(joint, WIDTH, 1)
+        .unwrap();
+    followed.start(joint, 0.0, z).unwrap();
+    followed.follow_vectors(&vectors).unwrap();
+    followed.land(joint, span).unwrap();
+    let got = followed.tangent_vectors().unwrap();
+    let mut worst = 0.0_f64;
+    for l in 0..WIDTH {
+        let at = |k: f64| {
+            let column = vectors[l..].iter().step_by(WIDTH);
+            let moved: Vec<f64> = z
+                .iter()
+                .zip(column)
+                .map(|(z, d)| z + k * step * d)
+                .collect();
+            flow(joint, mode, tolerance, &moved, span)
+        };
+        // Of fourth order.
+        let [one, minus_one, two, minus_two] = [1.0, -1.0, 2.0, -2.0].map(at);
+        let quotient =
+            |c: usize| (8.0 * (one[c] - minus_one[c]) - (two[c] - minus_two[c])) / (12.0 * step);
+        let size = length(joint, (0..z.len()).map(quotient));
+        let error = (0..z.len()).map(|c| got[c * WIDTH + l] - quotient(c));
+        worst = worst.max(length(joint, error) / size);
+    }
+    (worst, followed.tally().crossings)
+}
+
+/// Eq. (20) to (22) where events are stopped at: over hundreds of crossings the tangent vectors are
+/// the derivative of the flow.
+#[test]
+fn exact_tangents_are_the_derivative_of_the_flow() {
+    let (joint, z) = kicked(100, 30e-3);
+    let (error, crossings) = tangent_error(&joint, Mode::Exact, 1e-12, &z, 4e-3, 1e-6);
+    println!("exact: {error:.2e} over {crossings} crossings");
+    assert!(crossings >= 300, "{crossings} crossings");
+    assert!(error < 1e-6, "{error:e}");
+}
+
+/// The same where steps run over the events.
+#[test]
+fn tangents_through_kinks_are_the_derivative_of_the_flow() {
+    let (joint, z) = kicked(100, 30e-3);
+    let (error, _) = tangent_error(&joint, Mode::Through, 1e-12, &z, 4e-3, 1e-6);
+    println!("through: {error:.2e}");
+    assert!(error < 1e-6, "{error:e}");
+}
+
+/// At every event of a hard-kicked run, the general correction of Eq. (15) and (16) is formed from
+/// the laws before and after. It is the identity, up to the rounding of the time of the event.
+#[test]
+fn nothing_jumps_at_events() {
+    let (joint, z) = kicked(100, 30e-3);
+    let mut run = integrator(&joint, Mode::Exact, 1e-10);
+    run.start(&joint, 0.0, &z).unwrap();
+    let m = joint.modes();
+    let (mut before, mut after) = (vec![0.0; m], vec![0.0; m]);
+    let (mut slope, mut gradient) = (vec![0.0; 2 * m], vec![0.0; 2 * m]);
+    let (mut worst, mut grazing, mut events) = (0.0_f64, f64::INFINITY, 0);
+    loop {
+        let crossed = run.next_event(&joint, 4e-3).unwrap().to_vec();
+        if crossed.is_empty() {
+            break;
+        }
+        let (t, z) = (run.time(), run.state().to_vec());
+        let mut status = run.status().to_vec();
+        joint.force_in(&status, t, &z, &mut after);
+        for &guard in &crossed {
+            status[guard / 8] ^= 1 << (guard % 8);
+        }
+        joint.force_in(&status, t, &z, &mut before);
+        joint.rhs(t, &z, &mut slope);
+        let jump = length(&joint, [vec![0.0; m], difference(&before, &after)].concat());
+        for &guard in &crossed {
+            joint.guard_gradient(&status, guard, t, &z, &mut gradient);
+            let fall: f64 = gradient.iter().zip(&slope).map(|(h, f)| h * f).sum();
+            // The largest |dh/dz . delta z| of a vector of length one.
+            let scaled = gradient
+                .iter()
+                .zip(joint.omega())
+                .map(|(h, omega)| h / omega);
+            let reach = scaled.map(|x| x * x).sum::<f64>().sqrt();
+            worst = worst.max(jump * reach / fall.abs());
+            grazing = grazing.min(fall.abs() / reach);
+        }
+        events += 1;
+    }
+    println!("{events} events, correction at most {worst:.2e}, slowest fall {grazing:.2e}");
+    assert!(events >= 300, "{events} events");
+    assert!(worst < 1e-9, "{worst:e}");
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// A joint with one more component: the integral of the trace of `dF/dz`.
+struct Traced {
+    joint: Joint,
+    scratch: RefCell<Scratch>,
+}
+
+/// What the trace is formed with.
+struct Scratch {
+    record: Vec<f64>,
+    identity: Vec<f64>,
+    derivative: Vec<f64>,
+}
+
+impl Traced {
+    fn new(joint: Joint) -> Self {
+        let m = joint.modes();
+        let scratch = RefCell::new(Scratch {
+            record: vec![0.0; joint.record_len()],
+            identity: (0..4 * m * m)
+                .map(|k| f64::from(u8::from(k % (2 * m + 1) == 0)))
+                .collect(),
+            derivative: vec![0.0; 2 * m * m],
+        });
+        Self { joint, scratch }
+    }
+
+    /// The force, and after it the trace (the presets have no damping).
+    fn both(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
+        let m = self.joint.modes();
+        let mut scratch = self.scratch.borrow_mut();
+        let Scratch {
+            record,
+            identity,
+            derivative,
+        } = &mut *scratch;
+        let (force, trace) = out.split_at_mut(m);
+        self.joint
+            .force_recorded(status, t, &z[..2 * m], force, record);
+        self.joint
+            .product(status, record, identity, 2 * m, derivative);
+        trace[0] = (0..m).map(|i| derivative[i * 2 * m + m + i]).sum();
+    }
+}
+
+impl System for Traced {
+    fn omega(&self) -> &[f64] {
+        self.joint.omega()
+    }
+
+    fn first_order(&self) -> usize {
+        1
+    }
+
+    fn quadratures(&self) -> usize {
+        1
+    }
+
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        self.both(None, t, z, out);
+    }
+
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Switching for Traced {
+    fn status_len(&self) -> usize {
+        self.joint.status_len()
+    }
+
+    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
+        self.joint.status_of(t, z, status);
+    }
+
+    fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
+        self.both(Some(status), t, z, out);
+    }
+
+    fn guards(&self) -> usize {
+        self.joint.guards()
+    }
+
+    fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
+        self.joint.guard_values(status, t, z, values);
+    }
+
+    fn cross(&self, guard: usize, t: f64, z: &mut [f64], status: &mut [u8]) {
+        self.joint.cross(guard, t, z, status);
+    }
+
+    fn is_continuous(&self) -> bool {
+        true
+    }
+
+    fn guard_gradient(
+        &self,
+        status: &[u8],
+        guard: usize,
+        t: f64,
+        z: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        self.joint.guard_gradient(status, guard, t, z, gradient)
+    }
+}
+
+impl Differentiable for Traced {
+    fn record_len(&self) -> usize {
+        self.joint.record_len()
+    }
+
+    fn force_recorded(
+        &self,
+        status: Option<&[u8]>,
+        t: f64,
+        z: &[f64],
+        out: &mut [f64],
+        record: &mut [f64],
+    ) {
+        self.both(status, t, z, out);
+        record.copy_from_slice(&self.scratch.borrow().record);
+    }
+
+    fn product(
+        &self,
+        status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        self.joint.product(status, record, vectors, width, out);
+    }
+}
+
+/// Volumes of the state space change by the trace of `dF/dz` (Liouville's theorem), so that all 22
+/// exponents together are its mean along the run.
+#[test]
+fn all_exponents_add_up_to_the_mean_trace() {
+    let span = 4e-3;
+    for (mode, tolerance) in [(Mode::Exact, 1e-10), (Mode::Through, 1e-12)] {
+        let (joint, z) = kicked(100, 30e-3);
+        let traced = Traced::new(joint);
+        let width = traced.tangent_dim();
+        assert_eq!(width, 22);
+        let mut run = integrator(&traced, mode, tolerance)
+            .with_tangents(&traced, width, 1)
+            .unwrap();
+        let start = [z, vec![0.0]].concat();
+        run.start(&traced, 0.0, &start).unwrap();
+        run.land(&traced, span).unwrap();
+        let spectrum = run.exponents().unwrap();
+        let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+        let mean = run.state()[22] / spectrum.time;
+        println!(
+            "{mode:?}: sum {sum:.9e}, mean trace {mean:.9e}, {:.1e}",
+            sum / mean - 1.0
+        );
+        assert!((spectrum.time - span).abs() < 1e-12);
+        assert!(mean < -100.0, "friction shrinks volumes: {mean}");
+        assert!((sum / mean - 1.0).abs() < 1e-6, "{sum} {mean}");
+    }
+}
+
+/// A thousand crossings a millisecond and more: exact steps get through, and where they come to is
+/// where accurate steps over the kinks come to.
+#[test]
+fn a_thousand_crossings_a_millisecond() {
+    let span = 1e-3;
+    let (joint, z) = kicked(1000, 100e-3);
+    let mut exact = integrator(&joint, Mode::Exact, 1e-10);
+    exact.start(&joint, 0.0, &z).unwrap();
+    exact.land(&joint, span).unwrap();
+    let tally = exact.tally();
+    let through = flow(&joint, Mode::Through, 1e-10, &z, span);
+    let apart = length(&joint, difference(exact.state(), &through)) / length(&joint, through);
+    println!("{tally:?}, apart {apart:.2e}");
+    assert!(tally.crossings >= 1000, "{} crossings", tally.crossings);
+    assert_eq!(tally.overrun, 0);
+    assert!(apart < 1e-8, "{apart:e}");
+}
