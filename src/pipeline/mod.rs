@@ -1,5 +1,6 @@
 //! The road from simulation to record, and the only threads.
 
+mod along;
 mod analyse;
 mod error;
 #[cfg(test)]

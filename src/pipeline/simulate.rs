@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::along::{Along, Reached, with_tangents};
 use super::message::{
-    EnergySample, Exponents, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
-    PatchSnapshot, Subject, TwinSamples,
+    EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    PatchSnapshot, Subject,
 };
 use super::prepare::{initial_state, integrator};
 use super::source::{kinds, section_coordinates};
-use super::twin::Twin;
 use super::{PipelineError, Source};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
@@ -37,20 +37,9 @@ pub struct Simulation {
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
-    /// When exponents are due, if they are asked for.
-    exponents: Option<Due>,
-    /// The second copy, if it is asked for.
-    twin: Option<Twin>,
+    /// What the scene asks for besides.
+    along: Along,
     busy_seconds: f64,
-}
-
-/// The samples at which something is due.
-#[derive(Clone, Copy, Debug)]
-struct Due {
-    /// Index of the sample from which on time counts.
-    from: u64,
-    /// Samples from one time to the next.
-    every: u64,
 }
 
 /// What the energy audit carries along, J.
@@ -84,10 +73,7 @@ impl Simulation {
         let joint = Joint::new(&model).with_audit();
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        let mut integrator = integrator(scene, &joint)?;
-        if let Some(spec) = scene.analysis.exponents {
-            integrator = integrator.with_tangents(&joint, spec.count, scene.start.seed)?;
-        }
+        let mut integrator = with_tangents(scene, &joint, integrator(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = tilted.spec.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
@@ -96,12 +82,6 @@ impl Simulation {
             start: joint.energy(&z).total(),
             by_tilt: 0.0,
         };
-        let rate = scene.sample_rate;
-        let exponents = scene.analysis.exponents.map(|spec| Due {
-            from: (spec.settle * rate).ceil() as u64,
-            every: stride(rate, 1.0 / spec.every),
-        });
-        let butterfly = scene.analysis.butterfly;
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
             scene: scene.clone(),
@@ -115,8 +95,7 @@ impl Simulation {
             open,
             z,
             audit,
-            exponents,
-            twin: butterfly.map(|spec| Twin::new(spec, scene.start.seed)),
+            along: Along::new(scene),
             busy_seconds: 0.0,
         })
     }
@@ -181,9 +160,7 @@ impl Simulation {
         }
         if time > 0.0 {
             self.integrator.land(&self.joint, time)?;
-            if let Some(twin) = &mut self.twin {
-                twin.land(&self.joint, time)?;
-            }
+            self.along.land(&self.joint, time)?;
         }
         let model = self.ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
@@ -191,53 +168,9 @@ impl Simulation {
         self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
-        if let Some(twin) = &mut self.twin {
-            twin.restart(&self.joint)?;
-        }
+        self.along.restart(&self.joint)?;
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
         self.tilt = tilt;
-        Ok(())
-    }
-
-    /// The exponents, where they are due at the sample with this index.
-    fn exponents_at(&mut self, index: u64, time: f64) -> Option<Exponents> {
-        let due = self.exponents?;
-        let since = index.checked_sub(due.from)?;
-        if since == 0 {
-            self.integrator.forget_growth();
-        }
-        if since % due.every != 0 {
-            return None;
-        }
-        let spectrum = self.integrator.exponents()?;
-        let lowest = self.joint.omega().iter().copied().fold(f64::NAN, f64::min);
-        (spectrum.time > 0.0).then_some(Exponents {
-            time,
-            spectrum,
-            omega_1: lowest,
-        })
-    }
-
-    /// Goes on with the second copy to sample `k` of a frame, at a time (s).
-    fn follow_twin(
-        &mut self,
-        k: usize,
-        time: f64,
-        into: &mut TwinSamples,
-    ) -> Result<(), PipelineError> {
-        let Some(twin) = &mut self.twin else {
-            return Ok(());
-        };
-        if let Some(state) = twin.sample(&self.joint, &self.integrator, time, &self.z)? {
-            if into.distance.is_empty() {
-                into.first = k;
-            }
-            let modes = self.joint.modes();
-            let (q, v) = state.z[..2 * modes].split_at(modes);
-            into.displacement.push(self.joint.probe_value(q));
-            into.velocity.push(self.joint.probe_value(v));
-            into.distance.push(state.distance);
-        }
         Ok(())
     }
 
@@ -301,7 +234,6 @@ impl Source for Simulation {
         let record = &self.scene.record;
         let patch_every = stride(rate, record.patch_rate);
         let energy_every = stride(rate, record.energy_rate);
-        let mut beside = TwinSamples::default();
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
             self.integrator.sample(&self.joint, time, &mut self.z)?;
@@ -324,10 +256,23 @@ impl Source for Simulation {
             if index % energy_every == 0 {
                 frame.energy.push(self.energy_sample(time));
             }
-            frame.exponents.extend(self.exponents_at(index, time));
-            self.follow_twin(frame.len() - 1, time, &mut beside)?;
+            let reached = Reached {
+                index,
+                time,
+                z: &self.z,
+            };
+            let probe = |z: &[f64]| {
+                let (q, v) = z[..2 * modes].split_at(modes);
+                [self.joint.probe_value(q), self.joint.probe_value(v)]
+            };
+            self.along.follow(
+                &self.joint,
+                &mut self.integrator,
+                reached,
+                probe,
+                &mut frame,
+            )?;
         }
-        frame.twin = self.twin.is_some().then_some(beside);
         self.next_sample += count;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();

@@ -4,7 +4,7 @@ use rerun::blueprint::{ContainerLike, components::Corner2D};
 
 use super::{Layout, Parts, tab};
 use crate::{
-    pipeline::message::{AnalysisKind, Header, JointInfo},
+    pipeline::message::{AnalysisKind, Header, Subject},
     record::{butterfly::Butterfly, exponents::ExponentsPlot, paths},
 };
 
@@ -34,7 +34,7 @@ impl Layout {
     }
 
     /// Two copies from almost the same state.
-    pub fn butterfly_tab(&mut self, header: &Header, joint: &JointInfo) -> Option<ContainerLike> {
+    pub fn butterfly_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         if !header.has(AnalysisKind::Butterfly) {
             return None;
         }
@@ -43,7 +43,9 @@ impl Layout {
             &[paths::DISPLACEMENT, paths::BUTTERFLY_DISPLACEMENT],
             Some(COMPARED),
         );
-        self.displacement_range(&traces, joint);
+        if let Subject::Joint(joint) = &header.subject {
+            self.displacement_range(&traces, joint);
+        }
         let distance = self.many_series(
             "log₁₀ of their distance, relative to the motion (whole run)",
             &[paths::BUTTERFLY_DISTANCE, paths::BUTTERFLY_LINE],

@@ -71,7 +71,7 @@ pub fn send_turned(
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
-                layout.butterfly_tab(header, joint),
+                layout.butterfly_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -83,6 +83,8 @@ pub fn send_turned(
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
+                layout.lyapunov_tab(header),
+                layout.butterfly_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
