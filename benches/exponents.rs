@@ -1,7 +1,7 @@
 //! What the tangent flow costs beside the run that it goes along with.
 //!
 //! * `product/vectors`: the derivative of the force applied to so many tangent vectors at once; from
-//!   six on by way of the assembled Jacobian.
+//!   seven on by way of the assembled Jacobian.
 //! * At the end, tables for the vibration of `torus-3deg`, with its own tolerance: the run with so
 //!   many exponents, over the plain run. Contact is evaluated through, or events are stopped at; once
 //!   in the grown vibration and once just after a kick so hard that nodes open and close by the

@@ -8,8 +8,8 @@ use super::record::{KEPT, Recorded};
 use crate::dynamics::{Differentiable, System};
 
 /// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the
-/// nodes themselves. Where the two cost the same with the paper's eleven modes.
-pub(crate) const WORTH_ASSEMBLING: usize = 6;
+/// nodes themselves. About where the two cost the same with the paper's eleven modes.
+pub(crate) const WORTH_ASSEMBLING: usize = 7;
 
 /// The parts of a record.
 struct Parts<'a> {

@@ -283,8 +283,8 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
             let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
-            let axes = if RADIAL { 3 } else { 2 };
-            for axis in 0..axes {
+            let axes: &[usize] = if RADIAL { &[0, 1, 2] } else { &[0, 1] };
+            for &axis in axes {
                 let columns: [Vector<S>; J] =
                     std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
                 for i in 0..I {
