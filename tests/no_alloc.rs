@@ -130,7 +130,7 @@ fn integrating_allocates_nothing() {
     }
 }
 
-/// Stops a system at its events for 60 s; returns how many there were.
+/// Stops a system at its events for 60 s, tangent vectors with it; returns how many there were.
 fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
     let accuracy = Accuracy::relative(1e-8);
     let max_step = 0.2;
@@ -142,7 +142,10 @@ fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
     let mut events = u64::MAX;
     for method in methods {
         let integrator = Integrator::new(method, sys).expect("valid parameters");
-        let mut integrator = integrator.with_events(sys).expect("it has guards");
+        let mut integrator = integrator
+            .with_events(sys)
+            .and_then(|new| new.with_tangents(sys, 2, 1))
+            .expect("it has guards and a derivative");
         let mut z = start;
         let count = requests(|| {
             integrator.start(sys, 0.0, &start).expect("finite start");
@@ -152,6 +155,7 @@ fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
             }
             integrator.land(sys, 40.0).expect("a landing");
             integrator.restart(sys).expect("the same system again");
+            integrator.forget_growth();
             while integrator.time() < 60.0 {
                 integrator.next_event(sys, 60.0).expect("an event");
             }

@@ -15,6 +15,7 @@ mod analyse;
 pub mod args;
 mod engine;
 mod error;
+pub mod flow_report;
 mod interrupt;
 mod lyapunov;
 pub mod lyapunov_report;

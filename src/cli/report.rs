@@ -12,6 +12,7 @@ use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::error::CliError;
+use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
 use crate::VERSION;
 use crate::pipeline::message::Summary;
@@ -134,6 +135,12 @@ pub struct RunReport {
     pub transitions: u64,
     /// Relative residual of the energy audit at the end; only a joint has one.
     pub energy_residual: Option<f64>,
+    /// Steps that ran over their events, where steps stop at events.
+    pub overrun_steps: u64,
+    /// Lyapunov exponents, where the scene asks for them and the run has settled.
+    pub exponents: Option<ExponentsReport>,
+    /// How two copies have parted, where the scene asks for them and the second has started.
+    pub butterfly: Option<ButterflyReport>,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -194,6 +201,9 @@ impl RunReport {
             calls: summary.tally.calls,
             transitions: summary.transitions,
             energy_residual: scene.joint().is_ok().then_some(summary.audit),
+            overrun_steps: summary.tally.overrun,
+            exponents: summary.exponents.as_ref().map(ExponentsReport::new),
+            butterfly: summary.parting.as_ref().map(ButterflyReport::new),
             files,
         }
     }
@@ -247,6 +257,20 @@ impl Report for RunReport {
             "  {} steps, {} rejected, {} calls; {events}",
             self.steps, self.rejections, self.calls
         );
+        if let Some(exponents) = &self.exponents {
+            text.push_str(&exponents.text());
+        }
+        if let Some(butterfly) = &self.butterfly {
+            text.push_str(&butterfly.text());
+        }
+        if self.overrun_steps > 0 {
+            let _ = writeln!(
+                text,
+                "  beware: contact nodes opened and closed too often to stop at each; {} steps ran over \
+                 their events",
+                self.overrun_steps
+            );
+        }
         if self
             .energy_residual
             .is_some_and(|residual| residual > WORRYING_RESIDUAL)

@@ -267,6 +267,26 @@ impl Integrator {
         })
     }
 
+    /// A neighbour of this motion: from the present time on, but from the state `z` (length
+    /// [`System::dim`]), at the present length of the step, without tangent vectors and with a tally
+    /// of its own. Since it steps as this motion does, the two part by what the flow does to them
+    /// rather than by the error of their steps.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::restart`], and [`DynamicsError::Size`] when `z` has another length.
+    pub fn neighbour<Y: System + ?Sized>(&self, sys: &Y, z: &[f64]) -> Result<Self, DynamicsError> {
+        check_size("the state of the neighbour", self.dim, z.len())?;
+        let mut neighbour = self.clone();
+        neighbour.tangents = None;
+        neighbour.pace.tally = Tally::default();
+        with_stepper!(&mut neighbour.engine, stepper => {
+            stepper.records.clear();
+            stepper.end.copy_from_slice(z);
+        });
+        neighbour.restart(sys)?;
+        Ok(neighbour)
+    }
+
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
     /// needed. Times must not go back before the start of the last step. At the very time of an
     /// event to come it is the state before it.

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::message::{Frame, Header, Record, Summary};
 use super::stages::{
-    ChaosStage, ClosingStage, Context, DelayStage, NarrationStage, QuantificationStage,
-    RecurrenceStage, RegimeStage, SectionStage, SpectrogramStage, SpectrumStage, Stage,
+    ButterflyStage, ChaosStage, ChatterStage, ClosingStage, Context, DelayStage, ExponentsStage,
+    NarrationStage, QuantificationStage, RecurrenceStage, RegimeStage, SectionStage,
+    SpectrogramStage, SpectrumStage, Stage,
 };
 use super::{Sink, SinkError};
 use crate::analysis::AnalysisError;
@@ -84,6 +85,15 @@ impl Analyser {
         if let Some(spec) = &spec.regime {
             stages.push(Box::new(RegimeStage::new(spec, rate)));
         }
+        if spec.exponents.is_some() {
+            stages.push(Box::new(ExponentsStage::default()));
+        }
+        if let Some(spec) = spec.butterfly {
+            stages.push(Box::new(ButterflyStage::new(spec, rate)));
+        }
+        if header.joint().is_some() {
+            stages.push(Box::new(ChatterStage::default()));
+        }
         Self {
             context: Context::new(rate),
             stages,
@@ -109,14 +119,30 @@ impl Analyser {
         Ok(())
     }
 
+    /// Lets the analyses say what they have to say after the last frame.
+    ///
+    /// # Errors
+    /// [`AnalyseError`].
+    pub fn finish(&mut self, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
+        let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
+        for stage in &mut self.stages {
+            stage.finish(&mut self.context, &mut emit)?;
+        }
+        Ok(())
+    }
+
     /// What the frames so far came to: simulated time, tally and transitions, and the lines,
-    /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms). The
-    /// other fields are left at their defaults for those who know them.
+    /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms), the last
+    /// exponents and how far two copies have parted. The other fields are left at their defaults for those who know them.
     pub fn summary(&self) -> Summary {
-        Summary {
+        let mut summary = Summary {
             simulated: self.context.clock.elapsed(),
             ..self.closing.summary()
+        };
+        for stage in &self.stages {
+            stage.summarise(&mut summary);
         }
+        summary
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
-use crate::dynamics::Tally;
+use crate::dynamics::{Attractor, LyapunovSpectrum, Tally};
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -71,6 +71,76 @@ pub struct EnergySample {
     pub residual: f64,
 }
 
+/// Lyapunov exponents of a run so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exponents {
+    /// Simulated time, s.
+    pub time: f64,
+    /// The exponents, by the growth since the motion has settled.
+    pub spectrum: LyapunovSpectrum,
+    /// The lowest natural frequency `omega_1`, rad/s: an exponent over it belongs to the time
+    /// `tau = omega_1 t`.
+    pub omega_1: f64,
+}
+
+impl Exponents {
+    /// What the motion comes to, in a few words.
+    pub fn verdict(&self) -> String {
+        match self.spectrum.attractor() {
+            Attractor::Rest => "rest".to_owned(),
+            Attractor::Cycle => "limit cycle".to_owned(),
+            Attractor::Torus(tones) => format!("torus of {tones} tones"),
+            Attractor::Chaos => "chaos".to_owned(),
+            Attractor::HyperChaos(positive) => {
+                format!("hyper-chaos, {positive} exponents above zero")
+            }
+            Attractor::Undecided => "undecided".to_owned(),
+        }
+    }
+}
+
+/// A second copy of the joint that started almost in the state of the first, at the samples of a
+/// frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TwinSamples {
+    /// Index of the first sample of the frame at which there is a second copy; the vectors begin
+    /// there.
+    pub first: usize,
+    /// Displacement of the second copy's probe, m.
+    pub displacement: Vec<f64>,
+    /// Velocity of the second copy's probe, m/s.
+    pub velocity: Vec<f64>,
+    /// Distance of the two states in the norm of the vibration's energy, over the largest size
+    /// (norm of the state) that the first copy has had.
+    pub distance: Vec<f64>,
+}
+
+/// How far two copies have parted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parting {
+    /// Time of the newest sample, s.
+    pub time: f64,
+    /// Time of the first sample of the second copy, s.
+    pub start: f64,
+    /// Their distance, see [`TwinSamples::distance`]: root of the mean square since the last such
+    /// record.
+    pub distance: f64,
+    /// The straight line through the logarithm of the distance, from the start until it is
+    /// saturated; `None` as long as there are too few distances.
+    pub line: Option<PartingLine>,
+    /// When the distance had become as large as the motion itself, s; it can grow no more.
+    pub saturated: Option<f64>,
+}
+
+/// `ln(distance) = intercept + rate (t - start)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartingLine {
+    /// The rate, 1/s: an estimate of the largest exponent.
+    pub rate: f64,
+    /// Logarithm of the distance at the start.
+    pub intercept: f64,
+}
+
 /// A batch of uniform samples with what belongs to the same stretch of time. Owned data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
@@ -101,6 +171,10 @@ pub struct Frame {
     /// Contact transitions in this frame: of a joint, nodes opening or closing between samples; of a
     /// small system, guards crossed.
     pub transitions: u64,
+    /// Exponents where they were due in this frame, in time order; none unless asked for.
+    pub exponents: Vec<Exponents>,
+    /// The second copy, beside the samples; `None` unless asked for.
+    pub twin: Option<TwinSamples>,
     /// Status of a small system at each sample, an index of [`SmallInfo::statuses`]; empty for
     /// others.
     pub status: Vec<u8>,
@@ -219,6 +293,10 @@ pub enum AnalysisKind {
     Chaos,
     /// [`Record::Regime`].
     Regime,
+    /// [`Record::Exponents`].
+    Exponents,
+    /// [`Record::Parting`], and [`Frame::twin`].
+    Butterfly,
 }
 
 /// A coordinate of a passage through a Poincare section.
@@ -460,6 +538,10 @@ pub enum Record {
         /// The verdict with its evidence.
         verdict: Arc<Verdict>,
     },
+    /// Lyapunov exponents of the simulated motion so far.
+    Exponents(Arc<Exponents>),
+    /// How far the two copies have parted.
+    Parting(Parting),
     /// How the run is doing.
     Health(Health),
     /// A few words on what is being seen now: Markdown that starts with a heading `## ...`.
@@ -541,6 +623,10 @@ pub struct Summary {
     pub transitions: u64,
     /// Relative residual of the energy audit at the end.
     pub audit: f64,
+    /// The last exponents; `None` unless asked for, or if the run ended before they settled.
+    pub exponents: Option<Exponents>,
+    /// How far the two copies had parted at the end; `None` unless asked for.
+    pub parting: Option<Parting>,
     /// Whether the run was interrupted before its planned end.
     pub interrupted: bool,
 }

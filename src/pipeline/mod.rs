@@ -1,7 +1,10 @@
 //! The road from simulation to record, and the only threads.
 
+mod along;
 mod analyse;
 mod error;
+#[cfg(test)]
+mod flow_tests;
 mod health;
 pub mod message;
 mod outlet;
@@ -15,6 +18,7 @@ mod small;
 mod small_tests;
 mod source;
 mod stages;
+mod twin;
 
 pub use analyse::{AnalyseError, Analyser};
 pub use error::PipelineError;

@@ -12,7 +12,8 @@ const FRAME_SAMPLES: usize = 1024;
 ///
 /// Displacement and velocity are both the signal, in its own unit; there are no modes, no contact
 /// and no energy, and no time is spent on integration. Where an [`AnalysisSpec`] says m, the
-/// signal's unit is meant; a section of the modal state is not computed.
+/// signal's unit is meant; a section of the modal state is not computed, nor what needs a simulation: exponents
+/// of the tangent flow and a second copy.
 #[derive(Clone, Debug)]
 pub struct Playback {
     title: String,
@@ -42,6 +43,8 @@ impl Playback {
             rate,
             analysis: AnalysisSpec {
                 section: analysis.section.filter(delay_section),
+                exponents: None,
+                butterfly: None,
                 ..analysis
             },
             frames: 0,

@@ -7,14 +7,15 @@ use rand_distr::{Distribution, StandardNormal};
 use super::PipelineError;
 use crate::dynamics::{Accuracy, Integrator, Method, System};
 use crate::joint::{BallJoint, Joint};
-use crate::scene::{self, Scene, SmallSystem, SubjectSpec};
+use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
 
 /// A system ready to start.
 pub struct Prepared {
     /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
     /// small system.
     pub system: Box<dyn System + Send>,
-    /// Its integrator, not started yet. It stops at events where the system is a small one.
+    /// Its integrator, not started yet. It stops at events where the scene says so, and always where
+    /// the system is a small one.
     pub integrator: Integrator,
     /// The state to start from at time 0, length [`System::dim`].
     pub state: Vec<f64>,
@@ -56,9 +57,11 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
 pub(super) fn integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
     check_step(&scene.integrator, system.omega())?;
     let integrator = Integrator::new(method(&scene.integrator), system)?;
-    Ok(match scene.subject {
-        SubjectSpec::Joint(_) => integrator,
-        SubjectSpec::Small(_) => integrator.with_events(system)?,
+    Ok(match (&scene.subject, scene.integrator.events) {
+        (SubjectSpec::Joint(_), Events::Through) => integrator,
+        (SubjectSpec::Joint(_), Events::Exact) | (SubjectSpec::Small(_), _) => {
+            integrator.with_events(system)?
+        }
     })
 }
 

@@ -147,6 +147,7 @@ fn analyse(
             .accept(Record::Health(measured))
             .map_err(PipelineError::Sink)?;
     }
+    analyser.finish(&mut outlet)?;
     outlet.flush()?;
     let mut summary = analyser.summary();
     health.conclude(&mut summary);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::along::{Along, Reached, with_tangents};
 use super::message::{
     EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Subject,
@@ -36,6 +37,8 @@ pub struct Simulation {
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
+    /// What the scene asks for besides.
+    along: Along,
     busy_seconds: f64,
 }
 
@@ -70,7 +73,7 @@ impl Simulation {
         let joint = Joint::new(&model).with_audit();
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        let mut integrator = integrator(scene, &joint)?;
+        let mut integrator = with_tangents(scene, &joint, integrator(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = tilted.spec.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
@@ -92,6 +95,7 @@ impl Simulation {
             open,
             z,
             audit,
+            along: Along::new(scene),
             busy_seconds: 0.0,
         })
     }
@@ -147,7 +151,8 @@ impl Simulation {
     }
 
     /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
-    /// equilibrium follow at once; the perturbation goes on unchanged.
+    /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
+    /// vectors and their growth: exponents of a ramp are averages over it.
     fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
         let tilt = self.tilted.tilt.at(time);
         if tilt == self.tilt {
@@ -155,6 +160,7 @@ impl Simulation {
         }
         if time > 0.0 {
             self.integrator.land(&self.joint, time)?;
+            self.along.land(&self.joint, time)?;
         }
         let model = self.ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
@@ -162,6 +168,7 @@ impl Simulation {
         self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
+        self.along.restart(&self.joint)?;
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
         self.tilt = tilt;
         Ok(())
@@ -249,6 +256,22 @@ impl Source for Simulation {
             if index % energy_every == 0 {
                 frame.energy.push(self.energy_sample(time));
             }
+            let reached = Reached {
+                index,
+                time,
+                z: &self.z,
+            };
+            let probe = |z: &[f64]| {
+                let (q, v) = z[..2 * modes].split_at(modes);
+                [self.joint.probe_value(q), self.joint.probe_value(v)]
+            };
+            self.along.follow(
+                &self.joint,
+                &mut self.integrator,
+                reached,
+                probe,
+                &mut frame,
+            )?;
         }
         self.next_sample += count;
         self.frames += 1;

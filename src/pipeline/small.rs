@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::along::{Along, Reached, with_tangents};
 use super::message::{Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
 use super::source::{kinds, section_coordinates};
 use super::{PipelineError, Prepared, Source, prepare};
@@ -17,6 +18,8 @@ pub struct SmallSimulation {
     scene: Scene,
     info: SmallInfo,
     prepared: Prepared,
+    /// What the scene asks for besides.
+    along: Along,
     /// Index of the next sample, from the start.
     next_sample: u64,
     frames: u64,
@@ -43,8 +46,10 @@ impl SmallSimulation {
             integrator,
             state,
         } = &mut prepared;
+        *integrator = with_tangents(scene, system.as_ref(), integrator.clone())?;
         integrator.start(system.as_ref(), 0.0, state)?;
         Ok(Self {
+            along: Along::new(scene),
             scene: scene.clone(),
             info: info(small, scene.sample_rate),
             prepared,
@@ -98,14 +103,19 @@ impl Source for SmallSimulation {
             ..Frame::default()
         };
         for index in self.next_sample..self.next_sample + count {
-            integrator.sample(system.as_ref(), index as f64 / rate, z)?;
+            let time = index as f64 / rate;
+            integrator.sample(system.as_ref(), time, z)?;
             frame.q.push(z[0]);
             frame.qdot.push(z[1]);
+            frame.displacement.push(z[0]);
+            frame.velocity.push(z[1]);
             // The status of the step that the sample lies in.
             frame.status.extend(integrator.status());
+            let reached = Reached { index, time, z };
+            let probe = |z: &[f64]| [z[0], z[1]];
+            self.along
+                .follow(system.as_ref(), integrator, reached, probe, &mut frame)?;
         }
-        frame.displacement.clone_from(&frame.q);
-        frame.velocity.clone_from(&frame.qdot);
         frame.tally = integrator.tally();
         frame.transitions = frame.tally.crossings - self.crossings;
         self.crossings = frame.tally.crossings;

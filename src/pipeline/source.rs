@@ -63,6 +63,8 @@ pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
         (AnalysisKind::Section, spec.section.is_some()),
         (AnalysisKind::Chaos, spec.chaos.is_some()),
         (AnalysisKind::Regime, spec.regime.is_some()),
+        (AnalysisKind::Exponents, spec.exponents.is_some()),
+        (AnalysisKind::Butterfly, spec.butterfly.is_some()),
     ];
     let on = kinds.into_iter().filter(|(_, on)| *on);
     on.map(|(kind, _)| kind).collect()

@@ -6,9 +6,11 @@ use rerun::RecordingStream;
 
 use super::{
     body::Body,
+    butterfly::Butterfly,
     chaos::Chaos,
     delay::Delay,
     error::RecordError,
+    exponents::ExponentsPlot,
     patch::Patch,
     paths,
     portrait::{self, Embedding, Portrait},
@@ -23,7 +25,7 @@ use super::{
 };
 use crate::{
     analysis::Verdict,
-    pipeline::message::{Frame, Header, Record, Subject},
+    pipeline::message::{AnalysisKind, Frame, Header, Record, Subject},
     scene::RecordSpec,
 };
 
@@ -40,6 +42,8 @@ pub struct Encoder {
     quantification: Quantification,
     section: Section,
     chaos: Chaos,
+    exponents: ExponentsPlot,
+    butterfly: Option<Butterfly>,
 }
 
 /// What frames of samples draw.
@@ -132,6 +136,11 @@ impl Encoder {
             quantification: Quantification::default(),
             section: Section::new(rec, &header)?,
             chaos: Chaos::new(rec, subject)?,
+            exponents: ExponentsPlot::new(),
+            butterfly: match header.has(AnalysisKind::Butterfly) {
+                true => Some(Butterfly::new(rec)?),
+                false => None,
+            },
             header,
         })
     }
@@ -141,7 +150,13 @@ impl Encoder {
         match record {
             // The header made this encoder; a second one would say the same.
             Record::Header(_) => Ok(()),
-            Record::Samples(frame) => self.frames.push(rec, frame),
+            Record::Samples(frame) => {
+                self.frames.push(rec, frame)?;
+                match &mut self.butterfly {
+                    Some(butterfly) => butterfly.push(rec, frame),
+                    None => Ok(()),
+                }
+            }
             Record::Spectrum {
                 time,
                 bin,
@@ -201,6 +216,11 @@ impl Encoder {
                 window,
                 verdict,
             } => self.draw_regime(rec, *time, *window, verdict),
+            Record::Exponents(exponents) => self.exponents.draw(rec, &self.header, exponents),
+            Record::Parting(parting) => match &mut self.butterfly {
+                Some(butterfly) => butterfly.part(rec, &self.header, parting),
+                None => Ok(()),
+            },
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
                 Frames::Joint(_) | Frames::Small(_) => samples::log_health(rec, health),
@@ -236,6 +256,9 @@ impl Encoder {
     /// Sends all that waits for a fuller batch.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.frames.finish(rec)?;
+        if let Some(butterfly) = &mut self.butterfly {
+            butterfly.finish(rec)?;
+        }
         self.spectrogram.finish(rec)
     }
 }

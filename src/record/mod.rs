@@ -30,10 +30,12 @@
 
 mod blueprint;
 mod body;
+mod butterfly;
 mod chaos;
 mod delay;
 mod encode;
 mod error;
+mod exponents;
 mod outlet;
 mod part_file;
 mod patch;

@@ -192,6 +192,46 @@ pub const ZERO_ONE_AXES: &str = "chaos/translation/axes";
 /// K, in words.
 pub const ZERO_ONE_CAPTION: &str = "chaos/translation/caption";
 
+/// The Lyapunov exponents so far and the ends of their intervals, 1/s.
+pub const EXPONENTS_RUNNING: &str = "lyapunov/running";
+/// Zero, to compare with.
+pub const EXPONENTS_ZERO: &str = "lyapunov/zero";
+/// Picture of the present exponents.
+pub const EXPONENTS_SPECTRUM: &str = "lyapunov/spectrum";
+/// The present exponents as points.
+pub const EXPONENTS_POINTS: &str = "lyapunov/spectrum/points";
+/// Their intervals.
+pub const EXPONENTS_BARS: &str = "lyapunov/spectrum/intervals";
+/// Where an exponent is zero.
+pub const EXPONENTS_ZERO_LINE: &str = "lyapunov/spectrum/zero";
+/// Axes of the picture.
+pub const EXPONENTS_AXES: &str = "lyapunov/spectrum/axes";
+/// The dimension, in words.
+pub const EXPONENTS_CAPTION: &str = "lyapunov/spectrum/caption";
+/// The exponents and what they say, in words.
+pub const EXPONENTS_WORDS: &str = "lyapunov/words";
+
+/// Displacement of the second copy's probe, um.
+pub const BUTTERFLY_DISPLACEMENT: &str = "butterfly/displacement";
+/// Logarithm (to the base of ten) of the distance of the two copies over the motion's size.
+pub const BUTTERFLY_DISTANCE: &str = "butterfly/distance";
+/// The straight line through it.
+pub const BUTTERFLY_LINE: &str = "butterfly/line";
+/// Phase portraits of both copies.
+pub const BUTTERFLY_PORTRAIT: &str = "butterfly/portrait";
+/// Trail of the first copy.
+pub const BUTTERFLY_FIRST: &str = "butterfly/portrait/first";
+/// The first copy now.
+pub const BUTTERFLY_FIRST_NOW: &str = "butterfly/portrait/first_now";
+/// Trail of the second copy.
+pub const BUTTERFLY_SECOND: &str = "butterfly/portrait/second";
+/// The second copy now.
+pub const BUTTERFLY_SECOND_NOW: &str = "butterfly/portrait/second_now";
+/// Axes of the portraits.
+pub const BUTTERFLY_AXES: &str = "butterfly/portrait/axes";
+/// How far they have parted, in words.
+pub const BUTTERFLY_WORDS: &str = "butterfly/words";
+
 /// How sure the verdict is, 0 to 1, in the series of its kind.
 pub const REGIME_CONFIDENCE: &str = "regime/confidence";
 /// Kind and evidence, in words.

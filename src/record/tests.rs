@@ -121,6 +121,19 @@ const LABORATORY: &[&str] = &[
     paths::REGIME_VERDICT,
 ];
 
+/// What is drawn at every look at the flow of a joint.
+const FLOW: &[&str] = &[
+    paths::EXPONENTS_RUNNING,
+    paths::EXPONENTS_ZERO,
+    paths::EXPONENTS_POINTS,
+    paths::EXPONENTS_BARS,
+    paths::EXPONENTS_ZERO_LINE,
+    paths::EXPONENTS_CAPTION,
+    paths::EXPONENTS_WORDS,
+    paths::BUTTERFLY_DISTANCE,
+    paths::BUTTERFLY_WORDS,
+];
+
 #[test]
 fn a_signal_is_drawn_without_a_joint() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,6 +199,8 @@ fn only_views_of_the_analyses_that_run_exist() {
         (AnalysisKind::Section, 2),
         (AnalysisKind::Chaos, 4),
         (AnalysisKind::Regime, 2),
+        (AnalysisKind::Exponents, 3),
+        (AnalysisKind::Butterfly, 4),
     ] {
         assert_eq!(count(vec![kind]), none + views, "{kind:?}");
     }
@@ -261,8 +276,14 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         assert!(entities.contains_key(path), "{path} is missing");
     }
     let looks = (1e3 * duration / 5.0).round() as usize;
-    for path in LABORATORY {
+    for path in LABORATORY.iter().chain(FLOW) {
         assert!(entities[*path].rows.abs_diff(looks) <= 1, "{path}");
+    }
+    assert_eq!(entities[paths::BUTTERFLY_DISPLACEMENT].rows, samples);
+    // The line is straight from the start to where it ends.
+    assert_eq!(entities[paths::BUTTERFLY_LINE].rows, 2);
+    for path in [paths::BUTTERFLY_FIRST, paths::BUTTERFLY_SECOND] {
+        assert_eq!(entities[path].rows, frames, "{path}");
     }
     for axes in [
         paths::DELAY_MUTUAL_AXES,
@@ -271,6 +292,8 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::RETURN_MAP_AXES,
         paths::DIVERGENCE_AXES,
         paths::ZERO_ONE_AXES,
+        paths::EXPONENTS_AXES,
+        paths::BUTTERFLY_AXES,
         paths::PORTRAIT_AXES,
         paths::EMBEDDING_AXES,
         paths::SPECTRUM_AXES,

@@ -80,6 +80,14 @@ fn reading(header: &Header) -> String {
             has(AnalysisKind::Regime),
             "**Kind of motion** | the verdict over time, how sure it is, and the evidence behind it",
         ),
+        (
+            has(AnalysisKind::Exponents),
+            "**Lyapunov exponents** | how fast neighbouring motions part (above zero) or meet (below), one a direction, from the flow of the simulation itself; thin lines are the ends of the 95 % intervals",
+        ),
+        (
+            has(AnalysisKind::Butterfly),
+            "**Butterfly** | a second copy of the joint (orange) that started almost like the first: its distance on a logarithmic scale grows with the largest exponent as its slope, until it is as large as the motion",
+        ),
     ];
     let rows = rows.iter().filter(|(there, _)| *there);
     let rows: String = rows.map(|(_, row)| format!("| {row} |\n")).collect();

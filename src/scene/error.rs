@@ -233,6 +233,15 @@ pub enum SceneWarning {
         /// Time of the schedule's last knot, s.
         last_knot: f64,
     },
+    /// The run ends before something that it asks for has begun.
+    NeverBegins {
+        /// Path of the key that says when.
+        key: &'static str,
+        /// When it would begin, s.
+        start: f64,
+        /// Simulated time, s.
+        duration: f64,
+    },
 }
 
 impl fmt::Display for SceneWarning {
@@ -251,6 +260,16 @@ impl fmt::Display for SceneWarning {
                 "the run ends at {} ms, before the last knot of load.tilt at {} ms",
                 duration * 1e3,
                 last_knot * 1e3
+            ),
+            Self::NeverBegins {
+                key,
+                start,
+                duration,
+            } => write!(
+                f,
+                "the run ends at {} ms, before {key} = {}: nothing comes of its table",
+                duration * 1e3,
+                start * 1e3
             ),
         }
     }

@@ -8,10 +8,10 @@ use crate::fem::LengthReading;
 use crate::joint::{Frequencies, Quadrature, StiffnessLaw};
 
 use super::kind::{
-    AutoOr, Choice, Coordinates, Count, Flag, Kind, List, Number, OneOrMany, Range, Seed, Tables,
-    Text, Vector,
+    AllOr, AutoOr, Choice, Coordinates, Count, Flag, Kind, List, Number, OneOrMany, Range, Seed,
+    Tables, Text, Vector,
 };
-use super::spec::Method;
+use super::spec::{Events, Method};
 use super::units::Unit;
 
 /// One key of a scene file.
@@ -337,6 +337,9 @@ keys! {
     /// Largest step of the adaptive integrators; the step of `rk4`, which has no default.
     MAX_STEP: Number = "time.max_step_us", Default("20"),
         number(Microsecond, Range::Closed(0.001, 1000.0));
+    /// Contact nodes that open or close: steps go through these events, or end exactly there.
+    EVENTS: Choice<Events> = "time.events", Default("\"through\""),
+        Choice { options: &[("through", Events::Through), ("exact", Events::Exact)] };
 
     /// Length of the sliding window.
     SPECTRUM_WINDOW: Number = "analysis.spectrum.window_ms", Default("20"),
@@ -458,6 +461,20 @@ keys! {
     REGIME_EVERY: Number = "analysis.regime.every_ms", Default("10"), number(Millisecond, Range::Closed(0.01, 10_000.0));
     /// Amplitude of the displacement below which the joint is silent.
     SILENCE: Number = "analysis.regime.silence_um", Default("0.0003"), number(Micrometre, Range::Closed(0.0, 1e6));
+
+    /// How many Lyapunov exponents, the largest first; all are twice as many as there are modes.
+    EXPONENT_COUNT: AllOr<Count> = "analysis.exponents.count", Default("3"), AllOr(Count { min: 1, max: 1000 });
+    /// Time from the start whose growth is forgotten: until the motion has found its attractor.
+    SETTLE: Number = "analysis.exponents.settle_ms", Default("50"), number(Millisecond, Range::Closed(0.0, 1e5));
+    /// Time between results.
+    EXPONENTS_EVERY: Number = "analysis.exponents.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
+
+    /// When the second copy of the joint starts, almost in the state of the first.
+    BUTTERFLY_START: Number = "analysis.butterfly.start_ms", Default("50"), number(Millisecond, Range::Closed(0.0, 1e5));
+    /// How far apart the two start, in the norm of the vibration's energy: a share of the size that the motion has had by then.
+    DISTANCE: Number = "analysis.butterfly.distance", Default("1e-9"), number(One, Range::Closed(1e-12, 0.01));
+    /// Time between results.
+    BUTTERFLY_EVERY: Number = "analysis.butterfly.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
 
     /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here.
     PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));

@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::error::nearest;
-use super::spec::{Setting, StateCoordinate};
+use super::spec::{Amount, Setting, StateCoordinate};
 use super::units::Unit;
 
 /// Why a value cannot be taken.
@@ -296,6 +296,26 @@ impl<K: Kind> Kind for AutoOr<K> {
     }
 }
 
+/// A count, or the word `all`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AllOr<K>(pub K);
+
+impl<K: Kind<Value = usize>> Kind for AllOr<K> {
+    type Value = Amount;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Amount, Mismatch> {
+        match value.as_str() {
+            Some("all") => Ok(Amount::All),
+            Some(_) => Err(Mismatch::Choice(None)),
+            None => self.0.read(value).map(Amount::First),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("\"all\", or {}", self.0.allowed())
+    }
+}
+
 /// A list of numbers, one at least.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct List {
@@ -532,6 +552,17 @@ mod tests {
         assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
         assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
         assert_eq!(lag.expected(), "\"auto\", or a number from -90 to 90 deg");
+    }
+
+    #[test]
+    fn all_is_a_word_among_counts() {
+        let count = AllOr(Count { min: 1, max: 9 });
+        assert_eq!(read(&count, "\"all\""), Ok(Amount::All));
+        assert_eq!(read(&count, "3"), Ok(Amount::First(3)));
+        assert_eq!(read(&count, "\"every\""), Err(Mismatch::Choice(None)));
+        assert_eq!(read(&count, "0"), Err(Mismatch::Range));
+        assert_eq!(read(&count, "2.0"), Err(Mismatch::Type));
+        assert_eq!(count.expected(), "\"all\", or a whole number from 1 to 9");
     }
 
     #[test]

@@ -22,8 +22,9 @@ pub use keys::key_reference;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::Schedule;
 pub use spec::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, Integrator, Method, NearnessSpec,
-    QuantificationSpec, RecordSpec, RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface,
-    Setting, SlidingSpec, SpectrogramSpec, Start, StateCoordinate,
+    Amount, AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, Events,
+    ExponentsSpec, Integrator, Method, NearnessSpec, QuantificationSpec, RecordSpec,
+    RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface, Setting, SlidingSpec,
+    SpectrogramSpec, Start, StateCoordinate,
 };
 pub use subject::{SmallSystem, SubjectSpec, TiltedJoint};

@@ -70,6 +70,26 @@ impl Scene {
                 last_knot,
             });
         }
+        let analysis = &self.analysis;
+        let starts = [
+            (
+                keys::SETTLE.path,
+                analysis.exponents.map(|spec| spec.settle),
+            ),
+            (
+                keys::BUTTERFLY_START.path,
+                analysis.butterfly.map(|spec| spec.start),
+            ),
+        ];
+        for (key, start) in starts {
+            if let Some(start) = start.filter(|start| *start >= self.duration) {
+                warnings.push(SceneWarning::NeverBegins {
+                    key,
+                    start,
+                    duration: self.duration,
+                });
+            }
+        }
         warnings
     }
 

@@ -62,6 +62,18 @@ pub struct Integrator {
     pub tolerance: f64,
     /// Step of fixed-step methods, and the largest step of adaptive ones, s.
     pub max_step: f64,
+    /// What happens where the law changes.
+    pub events: Events,
+}
+
+/// What a step does where a contact node opens or closes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Events {
+    /// It goes through; the control of its error shortens it where that matters.
+    #[default]
+    Through,
+    /// It ends exactly there.
+    Exact,
 }
 
 /// The choice of integrator.
@@ -94,6 +106,10 @@ pub struct AnalysisSpec {
     pub chaos: Option<ChaosSpec>,
     /// Kind of motion of the probe's displacement.
     pub regime: Option<RegimeSpec>,
+    /// Lyapunov exponents from the tangent flow of the simulation itself.
+    pub exponents: Option<ExponentsSpec>,
+    /// A second copy of the joint that starts almost in the same state.
+    pub butterfly: Option<ButterflySpec>,
 }
 
 /// A window that slides along the samples, and how often it is looked at.
@@ -273,6 +289,38 @@ pub struct RegimeSpec {
     pub sliding: SlidingSpec,
     /// Amplitude below which it is silent, m.
     pub silence: f64,
+}
+
+/// How many of something there shall be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Amount {
+    /// All there are.
+    All,
+    /// So many, from the first on.
+    First(usize),
+}
+
+/// Lyapunov exponents, Eq. (23), from tangent vectors that go along with the state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExponentsSpec {
+    /// How many, the largest first; 1 to the dimension of the system.
+    pub count: usize,
+    /// Time from the start whose growth is forgotten, s.
+    pub settle: f64,
+    /// Time from one result to the next, s.
+    pub every: f64,
+}
+
+/// The butterfly: a second copy of the joint from almost the same state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ButterflySpec {
+    /// When the second copy starts, s.
+    pub start: f64,
+    /// Distance at the start in the norm of the vibration's energy, relative to the size that the
+    /// motion has had by then.
+    pub distance: f64,
+    /// Time from one result to the next, s.
+    pub every: f64,
 }
 
 /// What is recorded and how often.

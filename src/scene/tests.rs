@@ -515,6 +515,90 @@ fn the_laboratory_reads_its_keys_in_si() {
 }
 
 #[test]
+fn exponents_and_the_butterfly_read_their_keys() {
+    let read = |added: &str| Scene::parse("m", format!("{SMALLEST}{added}")).expect("valid");
+    let plain = read("");
+    assert_eq!(plain.integrator.events, Events::Through);
+    assert_eq!(
+        (plain.analysis.exponents, plain.analysis.butterfly),
+        (None, None)
+    );
+    let scene = read("events = \"exact\"\n[analysis.exponents]\n[analysis.butterfly]\n");
+    assert_eq!(scene.integrator.events, Events::Exact);
+    let default = ExponentsSpec {
+        count: 3,
+        settle: 50e-3,
+        every: 1e-3,
+    };
+    assert_eq!(scene.analysis.exponents, Some(default));
+    let butterfly = ButterflySpec {
+        start: 50e-3,
+        distance: 1e-9,
+        every: 1e-3,
+    };
+    assert_eq!(scene.analysis.butterfly, Some(butterfly));
+    let count = |added: &str| {
+        let scene = read(&format!("[analysis.exponents]\n{added}"));
+        scene.analysis.exponents.map(|spec| spec.count)
+    };
+    assert_eq!(count("count = \"all\""), Some(22));
+    assert_eq!(count("count = 22"), Some(22));
+    let one_mode = "[body]\nbending_pairs = 0\ntorsion = 1\naxial = 0";
+    assert_eq!(count(one_mode), Some(2), "no more than there are");
+}
+
+#[test]
+fn exponents_and_the_butterfly_refuse_what_cannot_be() {
+    let cases = [
+        (
+            "events = \"exactly\"\n",
+            "is not a choice (did you mean `exact`?)",
+        ),
+        ("[analysis.exponents]\ncount = 0\n", "out of range"),
+        (
+            "[analysis.exponents]\ncount = 23\n",
+            ":7: `analysis.exponents.count`: 23 exponents of a motion that has 22",
+        ),
+        (
+            "[analysis.exponents]\ncuont = 2\n",
+            "did you mean `analysis.exponents.count`?",
+        ),
+        (
+            "[analysis.exponent]\n",
+            "did you mean `analysis.exponents`?",
+        ),
+        (
+            "[analysis.butterfly]\ndistance = 0.5\n",
+            "must be a number from 1e-12 to 0.01",
+        ),
+        (
+            "[analysis.butterfly]\nstart = 3\n",
+            "did you mean `analysis.butterfly.start_ms`?",
+        ),
+    ];
+    for (added, expected) in cases {
+        let message = refusal_with(added);
+        assert!(message.contains(expected), "{added}: {message}");
+    }
+}
+
+#[test]
+fn what_never_begins_is_told() {
+    let added = "[analysis.exponents]\nsettle_ms = 5\n[analysis.butterfly]\nstart_ms = 20\n";
+    let scene = Scene::parse("m", format!("{SMALLEST}{added}")).expect("allowed");
+    let scene = scene.with_duration(10.0).expect("valid");
+    let warnings = scene.warnings();
+    let [warning @ SceneWarning::NeverBegins { .. }] = &warnings[..] else {
+        panic!("{warnings:?}")
+    };
+    let words = warning.to_string();
+    assert!(
+        words.contains("at 10 ms, before analysis.butterfly.start_ms = 20"),
+        "{words}"
+    );
+}
+
+#[test]
 fn knots_increase_and_are_given_once() {
     let with = |knots: &str| format!("[load]\nload_n = 1\n{knots}\n[time]\nduration_ms = 10\n");
     let ramp = "tilt = [{ time_ms = 1, tilt_deg = 0 }, { time_ms = 3, tilt_deg = 6 }]";

@@ -168,5 +168,8 @@ fn an_interruption_keeps_what_was_reached() {
     assert_eq!(found["interrupted"], true);
     assert_eq!(found["goal_reached"], false);
     let averaged = found["averaged_s"].as_f64().expect("a number");
-    assert!(averaged > 0.0 && averaged < 1e4, "{averaged}");
+    assert!(averaged < 1e4, "{averaged}");
+    // On a busy machine it may have been asked before it could begin; then it says so.
+    let exponents = found["exponents"].as_array().expect("a list");
+    assert_eq!(exponents.is_empty(), averaged == 0.0);
 }

@@ -27,11 +27,15 @@ enum Mode {
     Exact,
 }
 
-fn integrator<Y: System>(sys: &Y, mode: Mode, tolerance: f64) -> Integrator {
-    let method = Method::Lawson54 {
+/// The default method, to a tolerance.
+fn lawson(tolerance: f64) -> Method {
+    Method::Lawson54 {
         accuracy: Accuracy::relative(tolerance),
         max_step: 20e-6,
-    };
+    }
+}
+
+fn integrator<Y: System>(sys: &Y, mode: Mode, method: Method) -> Integrator {
     let integrator = Integrator::new(method, sys).unwrap();
     match mode {
         Mode::Through => integrator,
@@ -40,8 +44,8 @@ fn integrator<Y: System>(sys: &Y, mode: Mode, tolerance: f64) -> Integrator {
 }
 
 /// The state after `span` seconds.
-fn flow(joint: &Joint, mode: Mode, tolerance: f64, z: &[f64], span: f64) -> Vec<f64> {
-    let mut integrator = integrator(joint, mode, tolerance);
+fn flow(joint: &Joint, mode: Mode, method: Method, z: &[f64], span: f64) -> Vec<f64> {
+    let mut integrator = integrator(joint, mode, method);
     integrator.start(joint, 0.0, z).unwrap();
     integrator.land(joint, span).unwrap();
     integrator.state().to_vec()
@@ -83,14 +87,14 @@ fn directions(joint: &Joint, width: usize) -> Vec<f64> {
 fn tangent_error(
     joint: &Joint,
     mode: Mode,
-    tolerance: f64,
+    method: Method,
     z: &[f64],
     span: f64,
     step: f64,
 ) -> (f64, u64) {
     const WIDTH: usize = 3;
     let vectors = directions(joint, WIDTH);
-    let mut followed = integrator(joint, mode, tolerance)
+    let mut followed = integrator(joint, mode, method)
         .with_tangents(joint, WIDTH, 1)
         .unwrap();
     followed.start(joint, 0.0, z).unwrap();
@@ -106,7 +110,7 @@ fn tangent_error(
                 .zip(column)
                 .map(|(z, d)| z + k * step * d)
                 .collect();
-            flow(joint, mode, tolerance, &moved, span)
+            flow(joint, mode, method, &moved, span)
         };
         // Of fourth order.
         let [one, minus_one, two, minus_two] = [1.0, -1.0, 2.0, -2.0].map(at);
@@ -119,24 +123,63 @@ fn tangent_error(
     (worst, followed.tally().crossings)
 }
 
-/// Eq. (20) to (22) where events are stopped at: over hundreds of crossings the tangent vectors are
-/// the derivative of the flow.
+/// Where events are stopped at, the tangent vectors are the derivative of the flow, over a thousand
+/// crossings.
 #[test]
 fn exact_tangents_are_the_derivative_of_the_flow() {
     let (joint, z) = kicked(100, 30e-3);
-    let (error, crossings) = tangent_error(&joint, Mode::Exact, 1e-12, &z, 4e-3, 1e-6);
-    println!("exact: {error:.2e} over {crossings} crossings");
-    assert!(crossings >= 300, "{crossings} crossings");
+    let (error, crossings) = tangent_error(&joint, Mode::Exact, lawson(1e-12), &z, 1e-3, 1e-6);
+    println!("{error:.1e} over {crossings} crossings");
+    assert!(crossings >= 1000, "{crossings} crossings");
     assert!(error < 1e-6, "{error:e}");
 }
 
-/// The same where steps run over the events.
+/// Where steps run over the events, the tangent vectors are the derivative of what the method makes
+/// of the flow. The step is fixed, so that difference quotients see nothing of its choice; they are
+/// small, so that hardly a stage changes its law between them.
 #[test]
-fn tangents_through_kinks_are_the_derivative_of_the_flow() {
+fn tangents_through_kinks_are_the_derivative_of_the_numerical_flow() {
     let (joint, z) = kicked(100, 30e-3);
-    let (error, _) = tangent_error(&joint, Mode::Through, 1e-12, &z, 4e-3, 1e-6);
-    println!("through: {error:.2e}");
+    let method = Method::Rk4 { step: 0.4e-6 };
+    let (error, _) = tangent_error(&joint, Mode::Through, method, &z, 1e-3, 1e-9);
+    println!("{error:.1e}");
     assert!(error < 1e-6, "{error:e}");
+}
+
+/// Where steps run over the events, the tangent vectors tend to the derivative of the flow itself as
+/// the tolerance is made smaller, but slowly: in a step that holds a kink, they are off in proportion
+/// to its length.
+#[test]
+fn tangents_through_kinks_tend_to_the_derivative_of_the_flow() {
+    let (joint, z) = kicked(100, 15e-3);
+    let vectors = directions(&joint, 3);
+    let after = |mode, tolerance| {
+        let mut run = integrator(&joint, mode, lawson(tolerance))
+            .with_tangents(&joint, 3, 1)
+            .unwrap();
+        run.start(&joint, 0.0, &z).unwrap();
+        run.follow_vectors(&vectors).unwrap();
+        run.land(&joint, 1e-3).unwrap();
+        run.tangent_vectors().unwrap().to_vec()
+    };
+    let exact = after(Mode::Exact, 1e-13);
+    let column = |vectors: &[f64], l: usize| -> Vec<f64> {
+        vectors[l..].iter().step_by(3).copied().collect()
+    };
+    let error = |tolerance| {
+        let through = after(Mode::Through, tolerance);
+        let errors = (0..3).map(|l| {
+            let (through, exact) = (column(&through, l), column(&exact, l));
+            length(&joint, difference(&through, &exact)) / length(&joint, exact)
+        });
+        errors.fold(0.0, f64::max)
+    };
+    let errors = [1e-7, 1e-9, 1e-11, 1e-13].map(error);
+    println!("{errors:?}");
+    assert!(
+        errors[2] < 0.1 * errors[0] && errors[3] < 1e-5,
+        "{errors:?}"
+    );
 }
 
 /// At every event of a hard-kicked run, the general correction of Eq. (15) and (16) is formed from
@@ -144,7 +187,7 @@ fn tangents_through_kinks_are_the_derivative_of_the_flow() {
 #[test]
 fn nothing_jumps_at_events() {
     let (joint, z) = kicked(100, 30e-3);
-    let mut run = integrator(&joint, Mode::Exact, 1e-10);
+    let mut run = integrator(&joint, Mode::Exact, lawson(1e-10));
     run.start(&joint, 0.0, &z).unwrap();
     let m = joint.modes();
     let (mut before, mut after) = (vec![0.0; m], vec![0.0; m]);
@@ -331,13 +374,13 @@ impl Differentiable for Traced {
 /// exponents together are its mean along the run.
 #[test]
 fn all_exponents_add_up_to_the_mean_trace() {
-    let span = 4e-3;
-    for (mode, tolerance) in [(Mode::Exact, 1e-10), (Mode::Through, 1e-12)] {
+    let span = 2e-3;
+    for mode in [Mode::Exact, Mode::Through] {
         let (joint, z) = kicked(100, 30e-3);
         let traced = Traced::new(joint);
         let width = traced.tangent_dim();
         assert_eq!(width, 22);
-        let mut run = integrator(&traced, mode, tolerance)
+        let mut run = integrator(&traced, mode, lawson(1e-10))
             .with_tangents(&traced, width, 1)
             .unwrap();
         let start = [z, vec![0.0]].concat();
@@ -356,20 +399,20 @@ fn all_exponents_add_up_to_the_mean_trace() {
     }
 }
 
-/// A thousand crossings a millisecond and more: exact steps get through, and where they come to is
-/// where accurate steps over the kinks come to.
+/// Thousands of crossings a millisecond: exact steps get through, and where they come to is where
+/// accurate steps over the kinks come to.
 #[test]
-fn a_thousand_crossings_a_millisecond() {
-    let span = 1e-3;
-    let (joint, z) = kicked(1000, 100e-3);
-    let mut exact = integrator(&joint, Mode::Exact, 1e-10);
+fn thousands_of_crossings_a_millisecond() {
+    let span = 0.5e-3;
+    let (joint, z) = kicked(400, 30e-3);
+    let mut exact = integrator(&joint, Mode::Exact, lawson(1e-11));
     exact.start(&joint, 0.0, &z).unwrap();
     exact.land(&joint, span).unwrap();
     let tally = exact.tally();
-    let through = flow(&joint, Mode::Through, 1e-10, &z, span);
+    let through = flow(&joint, Mode::Through, lawson(1e-13), &z, span);
     let apart = length(&joint, difference(exact.state(), &through)) / length(&joint, through);
-    println!("{tally:?}, apart {apart:.2e}");
-    assert!(tally.crossings >= 1000, "{} crossings", tally.crossings);
+    println!("{tally:?}, apart {apart:.1e}");
+    assert!(tally.crossings >= 2000, "{} crossings", tally.crossings);
     assert_eq!(tally.overrun, 0);
     assert!(apart < 1e-8, "{apart:e}");
 }

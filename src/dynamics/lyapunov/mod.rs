@@ -55,8 +55,8 @@ pub struct LyapunovSpectrum {
     /// An exponent nearer to zero than this cannot be told from zero in this time, 1/s: a neutral
     /// vector changes its length, too, by a factor of ten, say, or by what was seen of it.
     pub resolution: f64,
-    /// See [`LyapunovSpectrum::kaplan_yorke`].
-    kaplan_yorke: Option<Exponent>,
+    /// The Kaplan-Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
+    pub kaplan_yorke: Option<Exponent>,
 }
 
 /// What a motion comes to, by its exponents.

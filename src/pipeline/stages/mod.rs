@@ -1,10 +1,13 @@
 //! The stages of analysis: each keeps what it needs of the samples seen and emits records at
 //! instants of its own.
 
+mod butterfly;
 mod chaos;
+mod chatter;
 mod choices;
 mod closing;
 mod delay;
+mod exponents;
 mod narration;
 mod narrator;
 mod quantification;
@@ -18,10 +21,13 @@ pub(super) mod synthetic;
 mod thinning;
 mod words;
 
+pub use butterfly::ButterflyStage;
 pub use chaos::ChaosStage;
+pub use chatter::ChatterStage;
 pub use choices::Choices;
 pub use closing::ClosingStage;
 pub use delay::DelayStage;
+pub use exponents::ExponentsStage;
 pub use narration::NarrationStage;
 pub use quantification::QuantificationStage;
 pub use recurrence::RecurrenceStage;
@@ -31,7 +37,7 @@ pub use spectrogram::SpectrogramStage;
 pub use spectrum::SpectrumStage;
 
 use super::analyse::AnalyseError;
-use super::message::{Frame, Peak, Record};
+use super::message::{Frame, Peak, Record, Summary};
 use crate::analysis::{
     Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, Naming, SlidingWindow, Spectrum,
     Window, name_lines, range,
@@ -50,6 +56,14 @@ pub trait Stage: Send {
         context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError>;
+
+    /// Says what there is to say after the last frame; by default nothing.
+    fn finish(&mut self, _context: &mut Context, _emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
+        Ok(())
+    }
+
+    /// Adds what it knows to the summary of the run; by default nothing.
+    fn summarise(&self, _summary: &mut Summary) {}
 }
 
 /// What the stages share.

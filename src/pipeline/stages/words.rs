@@ -5,6 +5,9 @@ use std::f64::consts::LN_2;
 use super::narrator::{Face, Observation};
 use super::{Reading, half_range, peak_magnitude};
 use crate::analysis::{Bases, Combination};
+use crate::dynamics::{Attractor, Exponent};
+use crate::pipeline::message::{Exponents, Parting};
+use crate::scene::ButterflySpec;
 
 /// How many lines are spelled out.
 const SPELLED: usize = 4;
@@ -37,6 +40,66 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
     let size = size(face, seen, sliding_speed);
     let tilt = seen.tilt.to_degrees();
     format!("## {heading}\n\n{body}\n\n{size}\n\nTilt {tilt:.1}°.")
+}
+
+/// The verdict of the exponents at the end of a run.
+pub fn exponents(last: &Exponents) -> String {
+    let spectrum = &last.spectrum;
+    let told = spectrum.exponents.iter().take(SPELLED).enumerate();
+    let told: Vec<String> = told
+        .map(|(k, exponent)| format!("λ{} = {}", k + 1, with_error(exponent)))
+        .collect();
+    let largest = spectrum.exponents.first().map_or(0.0, |first| first.value);
+    let meaning = match spectrum.attractor() {
+        Attractor::Rest => "All are negative: every neighbour comes to the same rest.".to_owned(),
+        Attractor::Cycle => {
+            "One is zero, along the motion; the others are negative: neighbours come to the same \
+             closed loop."
+                .to_owned()
+        }
+        Attractor::Torus(tones) => format!(
+            "{tones} are zero, one a tone; the others are negative: neighbours neither meet nor \
+             part."
+        ),
+        Attractor::Chaos | Attractor::HyperChaos(_) => format!(
+            "Above zero: what is not known of the start grows e-fold every **{}**.",
+            rounded(1.0 / largest, 2, "s")
+        ),
+        Attractor::Undecided => {
+            "Their errors do not yet tell which are zero: a longer run would.".to_owned()
+        }
+    };
+    format!(
+        "## By its exponents: {}\n\n{} per s, over {}. {meaning}",
+        last.verdict(),
+        told.join(", "),
+        quantity(spectrum.time, "s"),
+    )
+}
+
+/// An exponent with its error, 1/s.
+fn with_error(exponent: &Exponent) -> String {
+    if exponent.half_width.is_finite() {
+        format!("{:.1} ± {:.1}", exponent.value, exponent.half_width)
+    } else {
+        format!("{:.1} (error not known)", exponent.value)
+    }
+}
+
+/// Two copies that started almost alike have become as different as two motions can be.
+pub fn parted(spec: &ButterflySpec, parting: &Parting) -> String {
+    let after = parting.saturated.unwrap_or(parting.time) - parting.start;
+    let rate = match parting.line {
+        Some(line) => format!(", e-fold every **{}**", rounded(1.0 / line.rate, 2, "s")),
+        None => String::new(),
+    };
+    format!(
+        "## The butterfly has beaten its wings\n\nTwo copies of the joint that differed by \
+         **{:.0e}** of their motion have parted within **{}**{rate}. From here on, one tells \
+         nothing of the other.",
+        spec.distance,
+        rounded(after, 2, "s"),
+    )
 }
 
 /// The envelope is measured to a few per cent, so two digits are told.

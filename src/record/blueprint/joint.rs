@@ -49,13 +49,8 @@ impl Layout {
             lowest.min(0.0),
             highest.max(if lowest < 0.0 { 0.0 } else { 1.0 }),
         );
-        // Squeak grows until the slip just about reverses: its velocity is of the order of the
-        // sliding speed, its displacement no more than that of the lowest mode so excited.
+        self.displacement_range(&displacement, joint);
         let speed = joint.sliding_speed;
-        if let Some(lowest) = joint.modes.first() {
-            let largest = speed / (std::f64::consts::TAU * lowest.frequency_hz);
-            self.range(&displacement, -1e6 * largest, 1e6 * largest);
-        }
         self.range(&velocity, -2e3 * speed, 2e3 * speed);
 
         let left = Parts::new().add(0.42, words).add(0.58, body).column();
@@ -168,6 +163,15 @@ impl Layout {
         let plots = Parts::new().add(1.0, left).add(1.0, right).row();
         let screen = Parts::new().add(0.8, plots).add(0.2, log());
         tab("Health", screen.column())
+    }
+
+    /// Squeak grows until the slip just about reverses: its velocity is of the order of the
+    /// sliding speed, its displacement no more than that of the lowest mode so excited.
+    pub fn displacement_range(&mut self, view: &ContainerLike, joint: &JointInfo) {
+        if let Some(lowest) = joint.modes.first() {
+            let largest = joint.sliding_speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            self.range(view, -1e6 * largest, 1e6 * largest);
+        }
     }
 
     /// Ball and beam from the side, a little from above.

@@ -5,6 +5,7 @@
 //! property is an archetype logged at `view/<id>/<archetype>`. So the blueprint is written to
 //! memory, the properties are added to the same store, and all of it is sent on together.
 
+mod flow;
 mod joint;
 mod laboratory;
 mod signal;
@@ -69,6 +70,8 @@ pub fn send_turned(
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
+                layout.lyapunov_tab(header),
+                layout.butterfly_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -80,6 +83,8 @@ pub fn send_turned(
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
+                layout.lyapunov_tab(header),
+                layout.butterfly_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -149,7 +154,19 @@ impl Layout {
     /// A time series of the last `window` s before the cursor, or of the whole run. A legend
     /// would cover data: the name says what the colours mean.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
-        let view: ContainerLike = TimeSeriesView::new(name).with_origin(path).into();
+        let view = TimeSeriesView::new(name).with_origin(path).into();
+        self.windowed(view, window)
+    }
+
+    /// As [`Layout::series`], of several entities.
+    fn series_of(&mut self, name: &str, paths: &[&str], window: Option<f64>) -> ContainerLike {
+        let contents = paths.iter().map(|path| format!("+ /{path}"));
+        let view = TimeSeriesView::new(name).with_contents(contents).into();
+        self.windowed(view, window)
+    }
+
+    /// A time series without a legend, of a window before the cursor or of the whole run.
+    fn windowed(&mut self, view: ContainerLike, window: Option<f64>) -> ContainerLike {
         if let Some(window) = window {
             self.window(&view, window);
         }

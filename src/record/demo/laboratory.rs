@@ -8,7 +8,8 @@ use crate::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
         Regime, ScalingRegion, Verdict, ZeroOne,
     },
-    pipeline::message::{Record, SectionPoint},
+    dynamics::{Exponent, LyapunovSpectrum},
+    pipeline::message::{Exponents, Parting, PartingLine, Record, SectionPoint},
 };
 
 /// Delay, samples.
@@ -66,6 +67,37 @@ impl Signal {
                 },
             }),
         }
+    }
+
+    /// Three exponents whose intervals shrink with the time averaged.
+    pub fn exponents(&self, now: f64) -> Record {
+        let half_width = 30.0 / (now / self.duration).sqrt();
+        let exponents =
+            [70.0 * self.disorder(now), 0.3, -240.0].map(|value| Exponent { value, half_width });
+        Record::Exponents(Arc::new(Exponents {
+            time: now,
+            spectrum: LyapunovSpectrum {
+                exponents: exponents.to_vec(),
+                time: now,
+                dimension: 22,
+                resolution: 1.0 / now,
+            },
+            omega_1: 10_668.8,
+        }))
+    }
+
+    /// Two copies that part tenfold every tenth of the run.
+    pub fn parting(&self, now: f64) -> Record {
+        let rate = 10.0 * std::f64::consts::LN_10 / self.duration;
+        let intercept = (1e-8_f64).ln();
+        let saturated = 0.7 * self.duration;
+        Record::Parting(Parting {
+            time: now,
+            start: 0.0,
+            distance: (intercept + rate * now.min(saturated)).exp(),
+            line: Some(PartingLine { rate, intercept }),
+            saturated: (now >= saturated).then_some(saturated),
+        })
     }
 
     pub fn quantification(&self, now: f64) -> Record {

@@ -10,7 +10,7 @@ use crate::{
     pipeline::message::{
         AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
         PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, SignalInfo, Subject,
-        Summary,
+        Summary, TwinSamples,
     },
     scene::RecordSpec,
 };
@@ -42,7 +42,7 @@ const MODES: [(&str, f64); 11] = [
     ("4th bending y", 12448.0),
 ];
 
-const ALL: [AnalysisKind; 8] = [
+const ALL: [AnalysisKind; 10] = [
     AnalysisKind::Spectrum,
     AnalysisKind::Spectrogram,
     AnalysisKind::Recurrence,
@@ -51,6 +51,8 @@ const ALL: [AnalysisKind; 8] = [
     AnalysisKind::Section,
     AnalysisKind::Chaos,
     AnalysisKind::Regime,
+    AnalysisKind::Exponents,
+    AnalysisKind::Butterfly,
 ];
 
 /// What a real scene would record.
@@ -96,6 +98,8 @@ pub fn records(duration: f64) -> Vec<Record> {
             records.push(signal.section(last.max(0.0), due.laboratory - 5e-3));
             records.push(signal.chaos(now));
             records.push(signal.verdict(now));
+            records.push(signal.exponents(now));
+            records.push(signal.parting(now));
         }
         if now >= due.health {
             due.health += 5e-3;
@@ -223,7 +227,7 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
             }
             Some(Record::Section { time, points })
         }
-        Record::Narration { .. } => None,
+        Record::Narration { .. } | Record::Exponents(_) | Record::Parting(_) => None,
         other => Some(other),
     });
     records.collect()
@@ -380,6 +384,11 @@ impl Signal {
                 .collect()
         };
         let moments = || range.clone().step_by(10);
+        // A second copy that is a tenth of a period behind.
+        let beside = |signal: &[f64]| {
+            let range = range.clone();
+            range.map(|k| signal[k.saturating_sub(5)]).collect()
+        };
         Frame {
             index: index as u64,
             t0,
@@ -404,9 +413,14 @@ impl Signal {
                 .collect(),
             geometry,
             transitions: 120,
-            status: Vec::new(),
-            tally: Tally::default(),
+            twin: Some(TwinSamples {
+                first: 0,
+                displacement: beside(&self.displacement),
+                velocity: beside(&self.velocity),
+                distance: vec![1e-3; FRAME],
+            }),
             busy_seconds: t0,
+            ..Frame::default()
         }
     }
 

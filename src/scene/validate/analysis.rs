@@ -1,5 +1,6 @@
 //! What is made of the samples.
 
+use super::exponents;
 use crate::analysis::{DivergenceMethod, Threshold};
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
@@ -28,6 +29,8 @@ pub(super) fn analysis(
         section: tables.section(modes)?,
         chaos: tables.chaos(delay.as_ref())?,
         regime: tables.regime()?,
+        exponents: exponents::exponents(document, 2 * modes)?,
+        butterfly: exponents::butterfly(document)?,
     })
 }
 

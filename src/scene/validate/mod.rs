@@ -1,6 +1,7 @@
 //! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
 
 mod analysis;
+mod exponents;
 mod joint;
 mod record;
 mod small;
@@ -91,5 +92,6 @@ fn integrator(document: &Document<'_>) -> Result<Integrator, SceneError> {
         method,
         tolerance: document.get(&keys::TOLERANCE)?,
         max_step: document.get(&keys::MAX_STEP)?,
+        events: document.get(&keys::EVENTS)?,
     })
 }

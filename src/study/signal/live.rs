@@ -110,6 +110,8 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
             sliding: sliding(verdict, LOOKS / 4.0),
             silence: 0.0,
         }),
+        exponents: None,
+        butterfly: None,
     }
 }
 

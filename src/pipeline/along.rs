@@ -1,0 +1,132 @@
+//! What goes along with a simulation where its scene asks: tangent vectors and a second copy.
+
+use super::message::{Exponents, Frame};
+use super::twin::Twin;
+use crate::dynamics::{DynamicsError, Integrator, System};
+use crate::scene::Scene;
+
+/// Follows a simulation from sample to sample.
+#[derive(Debug)]
+pub(super) struct Along {
+    /// When exponents are due, if they are asked for.
+    exponents: Option<Due>,
+    /// The second copy, if it is asked for.
+    twin: Option<Twin>,
+}
+
+/// The samples at which something is due.
+#[derive(Clone, Copy, Debug)]
+struct Due {
+    /// Index of the sample from which on time counts.
+    from: u64,
+    /// Samples from one time to the next.
+    every: u64,
+}
+
+/// A sample that the simulation has just reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reached<'a> {
+    /// Its index, from the start.
+    pub index: u64,
+    /// Its time, s.
+    pub time: f64,
+    /// The state there.
+    pub z: &'a [f64],
+}
+
+impl Along {
+    /// What a scene asks for.
+    pub fn new(scene: &Scene) -> Self {
+        let rate = scene.sample_rate;
+        let seed = scene.start.seed;
+        let analysis = &scene.analysis;
+        Self {
+            exponents: analysis.exponents.map(|spec| Due {
+                from: (spec.settle * rate).ceil() as u64,
+                every: (spec.every * rate).round().max(1.0) as u64,
+            }),
+            twin: analysis.butterfly.map(|spec| Twin::new(spec, seed)),
+        }
+    }
+
+    /// Follows to a sample, which is already in the frame, and adds to the frame what is due there.
+    /// `probe` gives displacement (m) and velocity (m/s) of a state.
+    pub fn follow<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        integrator: &mut Integrator,
+        reached: Reached<'_>,
+        probe: impl Fn(&[f64]) -> [f64; 2],
+        frame: &mut Frame,
+    ) -> Result<(), DynamicsError> {
+        if let Some(due) = self.exponents {
+            frame
+                .exponents
+                .extend(due.exponents(sys, integrator, reached));
+        }
+        let Some(twin) = &mut self.twin else {
+            return Ok(());
+        };
+        let k = frame.len() - 1;
+        let beside = frame.twin.get_or_insert_default();
+        if let Some(state) = twin.sample(sys, integrator, reached.time, reached.z)? {
+            if beside.distance.is_empty() {
+                beside.first = k;
+            }
+            let [displacement, velocity] = probe(state.z);
+            beside.displacement.push(displacement);
+            beside.velocity.push(velocity);
+            beside.distance.push(state.distance);
+        }
+        Ok(())
+    }
+
+    /// Makes a step of the second copy end at time `t` (s), where the system is going to change.
+    pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
+        self.twin.as_mut().map_or(Ok(()), |twin| twin.land(sys, t))
+    }
+
+    /// Goes on with the changed system.
+    pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
+        self.twin.as_mut().map_or(Ok(()), |twin| twin.restart(sys))
+    }
+}
+
+impl Due {
+    /// The exponents, where they are due.
+    fn exponents<Y: System + ?Sized>(
+        self,
+        sys: &Y,
+        integrator: &mut Integrator,
+        reached: Reached<'_>,
+    ) -> Option<Exponents> {
+        let since = reached.index.checked_sub(self.from)?;
+        if since == 0 {
+            integrator.forget_growth();
+        }
+        if since % self.every != 0 {
+            return None;
+        }
+        let spectrum = integrator.exponents()?;
+        (spectrum.time > 0.0).then(|| Exponents {
+            time: reached.time,
+            spectrum,
+            omega_1: sys.omega().iter().copied().fold(f64::NAN, f64::min),
+        })
+    }
+}
+
+/// Lets the tangent vectors that a scene asks for go along with its integrator.
+///
+/// # Errors
+/// [`DynamicsError`] when the system has no derivative, or fewer dimensions than vectors.
+pub(super) fn with_tangents<Y: System + ?Sized>(
+    scene: &Scene,
+    sys: &Y,
+    integrator: Integrator,
+) -> Result<Integrator, DynamicsError> {
+    match scene.analysis.exponents {
+        Some(spec) => integrator.with_tangents(sys, spec.count, scene.start.seed),
+        None => Ok(integrator),
+    }
+}

@@ -1,0 +1,220 @@
+//! How two copies of the joint part that started almost in the same state.
+
+use super::{Context, Emit, Stage, samples, words};
+use crate::pipeline::AnalyseError;
+use crate::pipeline::message::{Frame, Parting, PartingLine, Record, Summary};
+use crate::scene::ButterflySpec;
+
+/// Distance, relative to the motion's size, from which on it no longer grows as it did: the straight
+/// part of its logarithm ends here.
+const SATURATED: f64 = 0.1;
+
+/// Fewer distances than these give no line.
+const FEWEST: usize = 8;
+
+/// Emits [`Record::Parting`] time and again, and [`Record::Narration`] when the distance has
+/// become as large as the motion.
+pub struct ButterflyStage {
+    /// Samples from one record to the next.
+    every: usize,
+    spec: ButterflySpec,
+    /// Squares of the distances since the last record, and how many they are.
+    squares: f64,
+    count: usize,
+    /// Time of the first sample of the second copy, s.
+    start: Option<f64>,
+    saturated: Option<f64>,
+    line: Line,
+    last: Option<Parting>,
+}
+
+impl ButterflyStage {
+    /// For samples at `rate` (Hz).
+    pub fn new(spec: ButterflySpec, rate: f64) -> Self {
+        Self {
+            every: samples(spec.every, rate, 1),
+            spec,
+            squares: 0.0,
+            count: 0,
+            start: None,
+            saturated: None,
+            line: Line::default(),
+            last: None,
+        }
+    }
+
+    /// Concludes the distances up to a time (s).
+    fn conclude(&mut self, start: f64, time: f64) -> Parting {
+        let distance = (self.squares / self.count as f64).sqrt();
+        (self.squares, self.count) = (0.0, 0);
+        if distance >= SATURATED {
+            self.saturated.get_or_insert(time);
+        }
+        // Two copies of a joint at rest are never apart.
+        if self.saturated.is_none() && distance > 0.0 {
+            self.line.push(time - start, distance.ln());
+        }
+        let parting = Parting {
+            time,
+            start,
+            distance,
+            line: self.line.fit(),
+            saturated: self.saturated,
+        };
+        self.last = Some(parting);
+        parting
+    }
+}
+
+impl Stage for ButterflyStage {
+    fn push(
+        &mut self,
+        frame: &Frame,
+        _context: &mut Context,
+        emit: &mut Emit<'_>,
+    ) -> Result<(), AnalyseError> {
+        let Some(twin) = &frame.twin else {
+            return Ok(());
+        };
+        for (k, distance) in twin.distance.iter().enumerate() {
+            let time = frame.time(twin.first + k);
+            let start = *self.start.get_or_insert(time);
+            self.squares += distance * distance;
+            self.count += 1;
+            if self.count < self.every {
+                continue;
+            }
+            let before = self.saturated;
+            let parting = self.conclude(start, time);
+            emit(Record::Parting(parting))?;
+            if before.is_none() && parting.saturated.is_some() {
+                let text = words::parted(&self.spec, &parting);
+                emit(Record::Narration { time, text })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn summarise(&self, summary: &mut Summary) {
+        summary.parting = self.last;
+    }
+}
+
+/// The straight line through points, by least squares.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    count: usize,
+    /// Means of abscissa and ordinate.
+    mean: [f64; 2],
+    /// Sums of squares of the abscissa and of its products with the ordinate, about the means.
+    about: [f64; 2],
+}
+
+impl Line {
+    fn push(&mut self, x: f64, y: f64) {
+        self.count += 1;
+        let share = 1.0 / self.count as f64;
+        let [dx, dy] = [x - self.mean[0], y - self.mean[1]];
+        self.mean[0] += share * dx;
+        self.mean[1] += share * dy;
+        // One factor about the old mean, the other about the new one.
+        self.about[0] += dx * (x - self.mean[0]);
+        self.about[1] += dx * (y - self.mean[1]);
+    }
+
+    fn fit(&self) -> Option<PartingLine> {
+        let rate = self.about[1] / self.about[0];
+        (self.count >= FEWEST).then_some(PartingLine {
+            rate,
+            intercept: self.mean[1] - rate * self.mean[0],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::message::TwinSamples;
+
+    const RATE: f64 = 1e5;
+    const SPEC: ButterflySpec = ButterflySpec {
+        start: 1e-3,
+        distance: 1e-6,
+        every: 1e-3,
+    };
+
+    /// Distances that grow at a rate (1/s) from the start on until they are 1, in frames of so many
+    /// samples.
+    fn parting(rate: f64, frame: usize) -> Vec<Record> {
+        let first = (SPEC.start * RATE) as usize;
+        let mut stage = ButterflyStage::new(SPEC, RATE);
+        let mut context = Context::new(RATE);
+        let mut records = Vec::new();
+        for begin in (0..30_000).step_by(frame) {
+            let samples = first.max(begin)..begin + frame;
+            let distance = samples.clone().map(|k| {
+                let since = (k - first) as f64 / RATE;
+                (SPEC.distance * (rate * since).exp()).min(1.0)
+            });
+            let distance: Vec<f64> = distance.collect();
+            let frame = Frame {
+                t0: begin as f64 / RATE,
+                dt: 1.0 / RATE,
+                displacement: vec![0.0; frame],
+                twin: Some(TwinSamples {
+                    first: samples.start - begin,
+                    displacement: vec![0.0; distance.len()],
+                    velocity: vec![0.0; distance.len()],
+                    distance,
+                }),
+                ..Frame::default()
+            };
+            let mut emit = |record| {
+                records.push(record);
+                Ok(())
+            };
+            stage.push(&frame, &mut context, &mut emit).unwrap();
+        }
+        records
+    }
+
+    fn last(records: &[Record]) -> Parting {
+        let parting = records.iter().rev().find_map(|record| match record {
+            Record::Parting(parting) => Some(*parting),
+            _ => None,
+        });
+        parting.unwrap()
+    }
+
+    #[test]
+    fn the_slope_is_the_rate_until_it_is_saturated() {
+        let records = parting(80.0, 200);
+        let end = last(&records);
+        let line = end.line.unwrap();
+        assert!((line.rate - 80.0).abs() < 1e-6, "{}", line.rate);
+        assert_eq!(end.start, SPEC.start);
+        // exp(80 t) = 1e5 after 144 ms.
+        let after = end.saturated.unwrap() - SPEC.start;
+        assert!((after - 0.1439).abs() < 1e-3, "{after}");
+        let said = records.iter().filter_map(|record| match record {
+            Record::Narration { text, .. } => Some(text),
+            _ => None,
+        });
+        assert_eq!(said.count(), 1);
+    }
+
+    #[test]
+    fn copies_that_stay_together_are_never_saturated() {
+        let records = parting(-3.0, 200);
+        let end = last(&records);
+        assert!((end.line.unwrap().rate + 3.0).abs() < 1e-6);
+        assert_eq!(end.saturated, None);
+        assert!(records.iter().all(|r| matches!(r, Record::Parting(_))));
+    }
+
+    #[test]
+    fn frames_do_not_matter() {
+        let all = |frame| format!("{:?}", parting(40.0, frame));
+        assert_eq!(all(200), all(1000));
+    }
+}

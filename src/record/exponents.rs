@@ -1,0 +1,263 @@
+//! Lyapunov exponents as they converge: in time, as a spectrum with errors, and in words.
+
+use rerun::{
+    Color, LineStrips2D, Points2D, Radius, RecordingStream, Scalars, SeriesLines, TextDocument,
+};
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    samples::name_series,
+    stream,
+    style::{self, FullScale, short},
+};
+use crate::{
+    dynamics::{Exponent, LyapunovSpectrum, Sign},
+    pipeline::message::{Exponents, Header},
+};
+
+/// Size of the field of the spectrum, pixels.
+const FIELD: [f32; 2] = [400.0, 260.0];
+/// The smallest full scale of the spectrum, 1/s.
+const SMALLEST: f64 = 1.0;
+/// Half the width of the cross-bars at the ends of an interval, in exponents.
+const CROSS_BAR: f64 = 0.12;
+
+/// Draws exponents.
+#[derive(Debug)]
+pub struct ExponentsPlot {
+    scale: FullScale,
+    axes: Axes,
+    named: bool,
+}
+
+impl ExponentsPlot {
+    /// Starts without any.
+    pub fn new() -> Self {
+        Self {
+            scale: FullScale::new(SMALLEST),
+            axes: Axes::default(),
+            named: false,
+        }
+    }
+
+    /// What the view of the spectrum must show.
+    pub fn bounds() -> Bounds {
+        spectrum_plot(1, 1.0).bounds()
+    }
+
+    /// Draws the exponents of a run so far.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        header: &Header,
+        exponents: &Exponents,
+    ) -> Result<(), RecordError> {
+        let spectrum = &exponents.spectrum;
+        let time = exponents.time;
+        if !self.named {
+            self.named = true;
+            name_exponents(rec, spectrum.exponents.len())?;
+        }
+        let row = spectrum.exponents.iter().flat_map(|exponent| {
+            // Without an error there is no interval: a gap.
+            let half = Some(exponent.half_width).filter(|half| half.is_finite());
+            let half = half.unwrap_or(f64::NAN);
+            [exponent.value - half, exponent.value, exponent.value + half]
+        });
+        stream::log_at(rec, paths::EXPONENTS_RUNNING, time, &Scalars::new(row))?;
+        stream::log_at(rec, paths::EXPONENTS_ZERO, time, &Scalars::single(0.0))?;
+        self.draw_spectrum(rec, time, spectrum)?;
+        let words = TextDocument::from_markdown(document(header, exponents));
+        stream::log_at(rec, paths::EXPONENTS_WORDS, time, &words)
+    }
+
+    fn draw_spectrum(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        spectrum: &LyapunovSpectrum,
+    ) -> Result<(), RecordError> {
+        let values = || spectrum.exponents.iter().map(|exponent| exponent.value);
+        let largest = values().fold(0.0, |a: f64, value| a.max(value.abs()));
+        self.scale.update(1.1 * largest, SMALLEST);
+        let plot = spectrum_plot(spectrum.exponents.len(), self.scale.get());
+        self.axes.draw(rec, paths::EXPONENTS_AXES, time, &plot)?;
+        let ends = [plot.x.low, plot.x.high].map(|x| [x, 0.0]);
+        plot.draw_curve(
+            rec,
+            paths::EXPONENTS_ZERO_LINE,
+            time,
+            ends.into_iter(),
+            (style::AXIS, 0.8),
+        )?;
+        let numbered = || (1..).map(f64::from).zip(&spectrum.exponents);
+        let points = Points2D::new(numbered().map(|(k, e)| plot.at(k, e.value)))
+            .with_colors((0..spectrum.exponents.len()).map(color))
+            .with_radii([Radius::new_ui_points(4.0)])
+            .with_draw_order(1.0);
+        stream::log_at(rec, paths::EXPONENTS_POINTS, time, &points)?;
+        let bars = numbered().filter(|(_, exponent)| exponent.half_width.is_finite());
+        let bars: Vec<_> = bars.collect();
+        let strips = bars
+            .iter()
+            .map(|(k, exponent)| interval(&plot, *k, exponent));
+        let strips = LineStrips2D::new(strips)
+            .with_colors(bars.iter().map(|(k, _)| color(*k as usize - 1)))
+            .with_radii([Radius::new_ui_points(0.9)]);
+        stream::log_at(rec, paths::EXPONENTS_BARS, time, &strips)?;
+        let words = match spectrum.kaplan_yorke() {
+            Some(dimension) => format!("Kaplan-Yorke dimension {}", with_error(&dimension, 1.0)),
+            None => "95 % intervals".to_owned(),
+        };
+        plot.draw_caption(rec, paths::EXPONENTS_CAPTION, time, &words)
+    }
+}
+
+/// The colour of exponent `k`, from 0.
+fn color(k: usize) -> Color {
+    // Neighbours in the list of the modes' colours are shades of one another.
+    let place = 2 * k % style::MODES.len();
+    style::MODES[place]
+}
+
+/// The interval of an exponent as an I, in one stroke.
+fn interval(plot: &Plot, k: f64, exponent: &Exponent) -> Vec<[f32; 2]> {
+    let (low, high) = (exponent.low(), exponent.high());
+    let corners = [
+        [k - CROSS_BAR, low],
+        [k + CROSS_BAR, low],
+        [k, low],
+        [k, high],
+        [k - CROSS_BAR, high],
+        [k + CROSS_BAR, high],
+    ];
+    corners.map(|[x, y]| plot.at(x, y)).to_vec()
+}
+
+fn spectrum_plot(count: usize, full: f64) -> Plot {
+    let mut x = Axis::linear("exponent", 0.5, count as f64 + 0.5, 8);
+    x.ticks.retain(|tick| tick.fract() == 0.0);
+    Plot {
+        width: FIELD[0],
+        height: FIELD[1],
+        head: CAPTION_HEIGHT,
+        x,
+        y: Axis::linear("exponent, 1/s", -full, full, 4),
+        grid: true,
+    }
+}
+
+/// Names and colours of the running exponents.
+fn name_exponents(rec: &RecordingStream, count: usize) -> Result<(), RecordError> {
+    let names = (1..=count).flat_map(|k| {
+        [
+            format!("λ{k}, lower end, 1/s"),
+            format!("λ{k}, 1/s"),
+            format!("λ{k}, upper end, 1/s"),
+        ]
+    });
+    let colors = (0..count).flat_map(|k| {
+        let faint = style::faded(color(k), 0.55);
+        [faint, color(k), faint]
+    });
+    name_series(rec, paths::EXPONENTS_RUNNING, names, colors)?;
+    let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8].repeat(count));
+    rec.log_static(paths::EXPONENTS_RUNNING, &widths)?;
+    name_series(
+        rec,
+        paths::EXPONENTS_ZERO,
+        ["zero".to_owned()],
+        [style::AXIS],
+    )
+}
+
+/// The exponents in words and numbers.
+fn document(header: &Header, exponents: &Exponents) -> String {
+    let spectrum = &exponents.spectrum;
+    let mut letters = exponents.verdict();
+    letters[..1].make_ascii_uppercase();
+    let rows: String = spectrum
+        .exponents
+        .iter()
+        .enumerate()
+        .map(|(k, exponent)| {
+            format!(
+                "| λ{} | {} | {} | {} |\n",
+                k + 1,
+                with_error(exponent, 1.0),
+                with_error(exponent, 1e6 / exponents.omega_1),
+                match spectrum.sign(k) {
+                    Sign::Positive => "above zero",
+                    Sign::Zero => "zero",
+                    Sign::Negative => "below zero",
+                    Sign::Doubtful => "doubtful",
+                },
+            )
+        })
+        .collect();
+    let dimension = match spectrum.kaplan_yorke() {
+        Some(dimension) => format!("**{}**", with_error(&dimension, 1.0)),
+        None => "not known from these".to_owned(),
+    };
+    format!(
+        "## {letters}\n\n{told} of {all} exponents, by the growth over {span} up to {now}.\n\n\
+         | | 1/s | 10⁻⁶ ω₁ | sign |\n|---|---|---|---|\n{rows}\n\
+         Kaplan-Yorke dimension: {dimension}.\n\n\
+         *± is the 95 % interval; nearer to zero than {resolution} 1/s none can be told from zero \
+         in this time. ω₁ = {omega:.0} rad/s.*",
+        told = spectrum.exponents.len(),
+        all = spectrum.dimension,
+        span = style::Quantity::Time.words(spectrum.time),
+        now = style::moment(header, exponents.time),
+        resolution = short(spectrum.resolution),
+        omega = exponents.omega_1,
+    )
+}
+
+/// A value with its error, both times a factor.
+fn with_error(value: &Exponent, factor: f64) -> String {
+    let number = short(factor * value.value);
+    if value.half_width.is_finite() {
+        format!("{number} ± {}", short(factor * value.half_width))
+    } else {
+        number
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::demo;
+
+    #[test]
+    fn exponents_read_well() {
+        let exponents = Exponents {
+            time: 0.2,
+            spectrum: LyapunovSpectrum {
+                exponents: vec![
+                    Exponent {
+                        value: 71.0,
+                        half_width: 9.0,
+                    },
+                    Exponent {
+                        value: 0.5,
+                        half_width: f64::INFINITY,
+                    },
+                ],
+                time: 0.15,
+                dimension: 22,
+                resolution: 6.7,
+            },
+            omega_1: 1e4,
+        };
+        let text = document(&demo::header(0.3), &exponents);
+        assert!(text.contains("2 of 22 exponents, by the growth over 150 ms up to 200 ms."));
+        assert!(
+            text.contains("| λ1 | 71 ± 9 | 7100 ± 900 | above zero |"),
+            "{text}"
+        );
+        assert!(text.contains("| λ2 | 0.5 | 50 | doubtful |"), "{text}");
+    }
+}
