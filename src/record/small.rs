@@ -2,13 +2,7 @@
 
 use rerun::{Color, RecordingStream, SeriesLines, StateChange, StateConfiguration};
 
-use super::{
-    error::RecordError,
-    paths,
-    portrait::Portrait,
-    samples::{Rows, name_series},
-    stream, style,
-};
+use super::{error::RecordError, paths, portrait::Portrait, samples::Rows, stream, style};
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 
 /// Natural periods that the trail of the phase portrait takes in.
@@ -44,7 +38,9 @@ impl SmallFrames {
             (paths::DISPLACEMENT, "displacement, µm"),
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
-            name_series(rec, path, [name.to_owned()], [colors[0]])?;
+            // No colour for all times: it would hide the one that goes with the status.
+            let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
+            rec.log_static(path, &style)?;
         }
         let labels = || small.statuses.iter().map(|status| status.label.as_str());
         let band = StateConfiguration::new()
