@@ -154,6 +154,7 @@ mod tests {
                 time: 0.2,
                 dimension: 22,
                 resolution: 5.0,
+                kaplan_yorke: None,
             },
             omega_1: 1e4,
         });

@@ -87,7 +87,7 @@ impl Exponents {
     /// What the motion comes to, in a few words.
     pub fn verdict(&self) -> String {
         match self.spectrum.attractor() {
-            Attractor::Rest => "rest".to_owned(),
+            Attractor::Rest => "rest, or in step with a drive".to_owned(),
             Attractor::Cycle => "limit cycle".to_owned(),
             Attractor::Torus(tones) => format!("torus of {tones} tones"),
             Attractor::Chaos => "chaos".to_owned(),

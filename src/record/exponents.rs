@@ -79,8 +79,10 @@ impl ExponentsPlot {
         time: f64,
         spectrum: &LyapunovSpectrum,
     ) -> Result<(), RecordError> {
-        let values = || spectrum.exponents.iter().map(|exponent| exponent.value);
-        let largest = values().fold(0.0, |a: f64, value| a.max(value.abs()));
+        // A direction that collapses has no place on the axis.
+        let values = spectrum.exponents.iter().map(|exponent| exponent.value);
+        let values = values.filter(|value| value.is_finite());
+        let largest = values.fold(0.0, |a: f64, value| a.max(value.abs()));
         self.scale.update(1.1 * largest, SMALLEST);
         let plot = spectrum_plot(spectrum.exponents.len(), self.scale.get());
         self.axes.draw(rec, paths::EXPONENTS_AXES, time, &plot)?;
@@ -249,6 +251,7 @@ mod tests {
                 time: 0.15,
                 dimension: 22,
                 resolution: 6.7,
+                kaplan_yorke: None,
             },
             omega_1: 1e4,
         };

@@ -51,14 +51,17 @@ pub fn exponents(last: &Exponents) -> String {
         .collect();
     let largest = spectrum.exponents.first().map_or(0.0, |first| first.value);
     let meaning = match spectrum.attractor() {
-        Attractor::Rest => "All are negative: every neighbour comes to the same rest.".to_owned(),
+        Attractor::Rest => {
+            "All are below zero: neighbours meet, at rest or in step with what drives them."
+                .to_owned()
+        }
         Attractor::Cycle => {
-            "One is zero, along the motion; the others are negative: neighbours come to the same \
+            "One is zero, along the motion; the others are below it: neighbours come to the same \
              closed loop."
                 .to_owned()
         }
         Attractor::Torus(tones) => format!(
-            "{tones} are zero, one a tone; the others are negative: neighbours neither meet nor \
+            "{tones} are zero, one a tone; the others are below it: neighbours neither meet nor \
              part."
         ),
         Attractor::Chaos | Attractor::HyperChaos(_) => format!(

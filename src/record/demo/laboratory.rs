@@ -81,6 +81,10 @@ impl Signal {
                 time: now,
                 dimension: 22,
                 resolution: 1.0 / now,
+                kaplan_yorke: Some(Exponent {
+                    value: 2.3,
+                    half_width: 0.1,
+                }),
             },
             omega_1: 10_668.8,
         }))
