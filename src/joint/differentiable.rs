@@ -3,8 +3,8 @@
 use super::Joint;
 use super::jacobian::{Assembly, Multiplied, Swept};
 use super::lanes::LANES;
-use super::lift_off::{Bonded, Held, Unilateral};
-use super::record::{KEPT, Recorded};
+use super::lift_off::LiftOff;
+use super::record::KEPT;
 use crate::dynamics::{Differentiable, System};
 
 /// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the
@@ -129,12 +129,8 @@ impl Differentiable for Joint {
         out: &mut [f64],
         record: &mut [f64],
     ) {
-        let recorder = Recorded(self.parts_of(record).kept);
-        match status {
-            Some(status) => self.force_by(Held(status), recorder, z, out),
-            None if self.unilateral => self.force_by(Unilateral, recorder, z, out),
-            None => self.force_by(Bonded, recorder, z, out),
-        }
+        let contact = status.map_or(self.lift_off(), LiftOff::Held);
+        self.force_by(contact, Some(self.parts_of(record).kept), z, out);
     }
 
     fn product(

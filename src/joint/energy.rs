@@ -66,7 +66,7 @@ impl Joint {
         let m = self.omega().len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
         let mut force = vec![0.0; m];
-        let friction = self.traction(q, v, &mut force).power;
+        let friction = self.traction(self.lift_off(), None, q, v, &mut force).power;
         let contact = (0..self.nodes.count)
             .map(|k| {
                 let action = self.node_action(k, q, v);

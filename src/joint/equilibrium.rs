@@ -21,7 +21,7 @@ impl Equilibrium {
         let rest = vec![0.0; omega.len()];
         let mut force = rest.clone();
         // The very pass of the hot loop: what is subtracted there later is equal to the last bit.
-        joint.traction(&rest, &rest, &mut force);
+        joint.traction(joint.lift_off(), None, &rest, &rest, &mut force);
         for block in &mut joint.nodes.blocks {
             if let Some(law) = joint.law.law() {
                 for lane in 0..LANES {

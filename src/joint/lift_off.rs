@@ -4,82 +4,45 @@ use pulp::Simd;
 
 use super::lanes::Vector;
 
-/// How the normal stress follows from the gap function `s = p_n + k_c u_r` (Pa).
-pub(crate) trait LiftOff {
+/// How the normal stress follows from the gap function `s = p_n + k_c u_r` (Pa). The choice is met
+/// once a block, outside of the loops over the modes: there it costs nothing that can be measured,
+/// and the hot loop need not be compiled for each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum LiftOff<'a> {
+    /// A node opens where its gap function is negative.
+    ByGap,
+    /// Nodes never open; the stress may become tension.
+    Never,
+    /// The open nodes are given, one bit a node, and stay open; the closed ones stay closed, if need
+    /// be under tension.
+    Held(&'a [u8]),
+}
+
+impl LiftOff<'_> {
     /// The normal stress of the nodes of a block, Pa.
-    fn stress<S: Simd>(&self, block: usize, part: usize, gap: Vector<S>) -> Vector<S>;
+    #[inline(always)]
+    pub fn stress<S: Simd>(self, block: usize, part: usize, gap: Vector<S>) -> Vector<S> {
+        match self {
+            Self::ByGap => gap.at_least(0.0),
+            Self::Never => gap,
+            Self::Held(open) => gap.where_clear(open[block], part),
+        }
+    }
 
     /// What changes with the gap: the stiffness of the nodes that press, zero for the open ones.
     /// A node whose gap is exactly zero counts as open where its gap decides.
-    fn pressing<S: Simd>(
-        &self,
+    #[inline(always)]
+    pub fn pressing<S: Simd>(
+        self,
         block: usize,
         part: usize,
         gap: Vector<S>,
         stiffness: Vector<S>,
-    ) -> Vector<S>;
-}
-
-/// A node opens where its gap function is negative.
-pub(crate) struct Unilateral;
-
-impl LiftOff for Unilateral {
-    #[inline(always)]
-    fn stress<S: Simd>(&self, _: usize, _: usize, gap: Vector<S>) -> Vector<S> {
-        gap.at_least(0.0)
-    }
-
-    #[inline(always)]
-    fn pressing<S: Simd>(
-        &self,
-        _: usize,
-        _: usize,
-        gap: Vector<S>,
-        stiffness: Vector<S>,
     ) -> Vector<S> {
-        stiffness.where_positive(gap)
-    }
-}
-
-/// Nodes never open; the stress may become tension.
-pub(crate) struct Bonded;
-
-impl LiftOff for Bonded {
-    #[inline(always)]
-    fn stress<S: Simd>(&self, _: usize, _: usize, gap: Vector<S>) -> Vector<S> {
-        gap
-    }
-
-    #[inline(always)]
-    fn pressing<S: Simd>(
-        &self,
-        _: usize,
-        _: usize,
-        _: Vector<S>,
-        stiffness: Vector<S>,
-    ) -> Vector<S> {
-        stiffness
-    }
-}
-
-/// The open nodes are given, one bit a node, and stay open; the closed ones stay closed, if need
-/// be under tension.
-pub(crate) struct Held<'a>(pub &'a [u8]);
-
-impl LiftOff for Held<'_> {
-    #[inline(always)]
-    fn stress<S: Simd>(&self, block: usize, part: usize, gap: Vector<S>) -> Vector<S> {
-        gap.where_clear(self.0[block], part)
-    }
-
-    #[inline(always)]
-    fn pressing<S: Simd>(
-        &self,
-        block: usize,
-        part: usize,
-        _: Vector<S>,
-        stiffness: Vector<S>,
-    ) -> Vector<S> {
-        stiffness.where_clear(self.0[block], part)
+        match self {
+            Self::ByGap => stiffness.where_positive(gap),
+            Self::Never => stiffness,
+            Self::Held(open) => stiffness.where_clear(open[block], part),
+        }
     }
 }

@@ -61,37 +61,17 @@ impl<S: Simd> NodeSlopes<S> {
     }
 }
 
-/// Whether the hot loop keeps a record.
-pub(crate) trait Recorder {
-    /// Whether anything is kept at all.
-    const KEEPS: bool;
-    /// Keeps the derivative at nodes of a block.
-    fn keep<S: Simd>(&mut self, block: usize, part: usize, slopes: NodeSlopes<S>);
-}
-
-/// Only the force is wanted.
-pub(crate) struct Unrecorded;
-
-impl Recorder for Unrecorded {
-    const KEEPS: bool = false;
+impl<S: Simd> NodeSlopes<S> {
+    /// Keeps the derivative at nodes of a block: [`KEPT`] times eight numbers a block.
     #[inline(always)]
-    fn keep<S: Simd>(&mut self, _: usize, _: usize, _: NodeSlopes<S>) {}
-}
-
-/// Keeps [`KEPT`] times eight numbers a block.
-pub(crate) struct Recorded<'a>(pub &'a mut [[f64; LANES]]);
-
-impl Recorder for Recorded<'_> {
-    const KEEPS: bool = true;
-    #[inline(always)]
-    fn keep<S: Simd>(&mut self, block: usize, part: usize, slopes: NodeSlopes<S>) {
-        let kept = &mut self.0[block * KEPT..][..KEPT];
-        let [along, across, outward] = slopes.direction;
+    pub fn keep(self, kept: &mut [[f64; LANES]], block: usize, part: usize) {
+        let kept = &mut kept[block * KEPT..][..KEPT];
+        let [along, across, outward] = self.direction;
         let numbers = [
-            slopes.stiffness,
-            slopes.coefficient,
-            slopes.drag,
-            slopes.bend,
+            self.stiffness,
+            self.coefficient,
+            self.drag,
+            self.bend,
             along,
             across,
             outward,

@@ -8,9 +8,8 @@ use pulp::{Simd, WithSimd};
 
 use super::Joint;
 use super::lanes::{LANES, parts};
-use super::lift_off::Held;
+use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::record::Unrecorded;
 use crate::dynamics::{Switching, System};
 
 impl Switching for Joint {
@@ -29,7 +28,7 @@ impl Switching for Joint {
 
     /// With the status of the state itself, this is [`System::force`] to the last bit.
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
-        self.force_by(Held(status), Unrecorded, z, out);
+        self.force_by(LiftOff::Held(status), None, z, out);
     }
 
     /// A guard a node; none where nodes cannot lift off.

@@ -6,9 +6,9 @@ use pulp::Arch;
 
 use super::equilibrium::Equilibrium;
 use super::friction::{FrictionLaw, Stribeck};
-use super::lift_off::{Bonded, LiftOff, Unilateral};
+use super::lanes::LANES;
+use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::record::{Recorder, Unrecorded};
 use super::traction::{Custom, Frictionless, MOST_MODES, OpenNodes, Passed, Smoothed, Traction};
 use super::{Friction, Model};
 use crate::dynamics::{Differentiable, Switching, System};
@@ -141,22 +141,22 @@ impl Joint {
         self.probe.iter().zip(q).map(|(a, b)| a * b).sum()
     }
 
-    /// The right side of Eq. (8) at `(q, v)`: generalised forces of contact and friction into
-    /// `force` (length `m`), and the power of friction.
-    pub(crate) fn traction(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> Passed {
+    /// Which nodes press, where no status is held.
+    pub(crate) fn lift_off(&self) -> LiftOff<'static> {
         if self.unilateral {
-            self.traction_by(Unilateral, Unrecorded, q, v, force)
+            LiftOff::ByGap
         } else {
-            self.traction_by(Bonded, Unrecorded, q, v, force)
+            LiftOff::Never
         }
     }
 
-    /// The same with one's own rule of which nodes press, and with a record of the derivative.
-    #[inline(always)]
-    fn traction_by<C: LiftOff, R: Recorder>(
+    /// The right side of Eq. (8) at `(q, v)`: generalised forces of contact and friction into
+    /// `force` (length `m`), and the power of friction. A record given gets what the derivative
+    /// needs.
+    pub(crate) fn traction(
         &self,
-        contact: C,
-        recorder: R,
+        contact: LiftOff<'_>,
+        record: Option<&mut [[f64; LANES]]>,
         q: &[f64],
         v: &[f64],
         force: &mut [f64],
@@ -168,7 +168,7 @@ impl Joint {
                     nodes,
                     law: $law,
                     contact,
-                    recorder,
+                    record,
                     q,
                     v,
                     force,
@@ -184,18 +184,17 @@ impl Joint {
         }
     }
 
-    /// [`System::force`] with one's own rule of which nodes press, and with a record.
-    #[inline(always)]
-    pub(crate) fn force_by<C: LiftOff, R: Recorder>(
+    /// [`System::force`] with one's own rule of which nodes press, and with a record if wanted.
+    pub(crate) fn force_by(
         &self,
-        contact: C,
-        recorder: R,
+        contact: LiftOff<'_>,
+        record: Option<&mut [[f64; LANES]]>,
         z: &[f64],
         out: &mut [f64],
     ) {
         let m = self.omega.len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
-        let passed = self.traction_by(contact, recorder, q, v, &mut out[..m]);
+        let passed = self.traction(contact, record, q, v, &mut out[..m]);
         for (out, steady) in out.iter_mut().zip(&self.equilibrium.force) {
             *out -= steady;
         }
@@ -233,11 +232,7 @@ impl System for Joint {
     }
 
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
-        if self.unilateral {
-            self.force_by(Unilateral, Unrecorded, z, out);
-        } else {
-            self.force_by(Bonded, Unrecorded, z, out);
-        }
+        self.force_by(self.lift_off(), None, z, out);
     }
 
     fn switching(&self) -> Option<&dyn Switching> {

@@ -122,7 +122,7 @@ fn hot_loop_is_equation_8() {
             let (q, v) = z.split_at(modes);
             let want = equation_8(&model, q, v);
             let mut got = vec![0.0; modes];
-            joint.traction(q, v, &mut got);
+            joint.traction(joint.lift_off(), None, q, v, &mut got);
             let size = want.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for (got, want) in got.iter().zip(&want) {
                 assert!(

@@ -1,16 +1,17 @@
 //! Eq. (6) and (8): the generalised forces of contact and friction. The hot loop.
 //!
-//! The law of friction and whether nodes lift off are matched once, outside the loop over the
-//! nodes; the loop is then compiled for that very choice and for the widest vectors of the machine.
-//! An absent effect costs nothing: without friction no velocity is formed.
+//! The law of friction is matched once, outside the loop over the nodes; the loop is then compiled
+//! for that very law and for the widest vectors of the machine. An absent effect costs nothing:
+//! without friction no velocity is formed. How nodes lift off, and whether a record is kept, is met
+//! once a block, where it does not show.
 
 use pulp::{Simd, WithSimd};
 
 use super::friction::FrictionLaw;
-use super::lanes::{Vector, parts};
+use super::lanes::{LANES, Vector, parts};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::record::{NodeSlopes, Recorder};
+use super::record::NodeSlopes;
 
 /// What the loop does at each node for friction.
 pub(crate) trait Law {
@@ -75,13 +76,13 @@ impl<const RADIAL: bool> Law for Custom<'_, RADIAL> {
 }
 
 /// One pass over the nodes.
-pub(crate) struct Traction<'a, L, C, R> {
+pub(crate) struct Traction<'a, L> {
     pub nodes: &'a Nodes,
     pub law: L,
     /// Which nodes press.
-    pub contact: C,
-    /// What is kept for the derivative.
-    pub recorder: R,
+    pub contact: LiftOff<'a>,
+    /// Gets what is kept for the derivative, where that is wanted.
+    pub record: Option<&'a mut [[f64; LANES]]>,
     /// Modal coordinates and velocities.
     pub q: &'a [f64],
     pub v: &'a [f64],
@@ -96,7 +97,7 @@ pub(crate) struct Passed {
     pub power: f64,
 }
 
-impl<L: Law, C: LiftOff, R: Recorder> WithSimd for Traction<'_, L, C, R> {
+impl<L: Law> WithSimd for Traction<'_, L> {
     type Output = Passed;
 
     #[inline(always)]
@@ -109,7 +110,7 @@ impl<L: Law, C: LiftOff, R: Recorder> WithSimd for Traction<'_, L, C, R> {
     }
 }
 
-impl<L: Law, C: LiftOff, R: Recorder> Traction<'_, L, C, R> {
+impl<L: Law> Traction<'_, L> {
     /// The loop; `sums` are the accumulators, one a mode. Where their
     /// number is known to the compiler, they stay in registers.
     ///
@@ -144,11 +145,10 @@ impl<L: Law, C: LiftOff, R: Recorder> Traction<'_, L, C, R> {
                 let gap = stiffness.mul_add(u_r, block.pre_stress.part(simd, part));
                 let area = block.area.part(simd, part);
                 let normal = self.contact.stress(index, part, gap) * area;
-                let pressing = |contact: &C| contact.pressing(index, part, gap, stiffness * area);
+                let pressing = || self.contact.pressing(index, part, gap, stiffness * area);
                 if !L::SLIDES {
-                    if R::KEEPS {
-                        let slopes = NodeSlopes::frictionless(simd, pressing(&self.contact));
-                        self.recorder.keep(index, part, slopes);
+                    if let Some(record) = &mut self.record {
+                        NodeSlopes::frictionless(simd, pressing()).keep(record, index, part);
                     }
                     for i in 0..modes {
                         sums[i] = rows[i].r.part(simd, part).mul_add(-normal, sums[i]);
@@ -173,19 +173,19 @@ impl<L: Law, C: LiftOff, R: Recorder> Traction<'_, L, C, R> {
                 // A hair above zero, so that mu(V)/V can be formed by a division.
                 let speed = square.at_least(1e-280).sqrt();
                 // Friction force.
-                let drag = if R::KEEPS {
+                let drag = if let Some(record) = &mut self.record {
                     let (ratio, slope) = self.law.ratio_and_slope(simd, speed);
                     let drag = normal * ratio;
                     let inverse = Vector::splat(simd, 1.0) / speed;
                     let outward = if L::RADIAL { outward } else { zero };
                     let slopes = NodeSlopes {
-                        stiffness: pressing(&self.contact),
+                        stiffness: pressing(),
                         coefficient: ratio * speed,
                         drag,
                         bend: normal * slope,
                         direction: [along, across, outward].map(|slip| slip * inverse),
                     };
-                    self.recorder.keep(index, part, slopes);
+                    slopes.keep(record, index, part);
                     -drag
                 } else {
                     -(normal * self.law.ratio(simd, speed))

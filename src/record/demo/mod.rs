@@ -6,7 +6,6 @@ mod laboratory;
 use std::{f64::consts::TAU, sync::Arc};
 
 use crate::{
-    dynamics::Tally,
     pipeline::message::{
         AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
         PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, SignalInfo, Subject,

@@ -25,12 +25,12 @@ pub(super) fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, Scen
     let Some((table, reader)) = given.next() else {
         return Ok(None);
     };
-    let others = given.map(|(table, _)| *table).chain(
+    let mut others = given.map(|(table, _)| *table).chain(
         joint::TABLES
             .into_iter()
             .filter(|table| document.has(table)),
     );
-    for other in others {
+    if let Some(other) = others.next() {
         return Err(document.inconsistent(
             other,
             &[],
