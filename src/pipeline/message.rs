@@ -84,9 +84,24 @@ pub struct Exponents {
 }
 
 impl Exponents {
+    /// Periods of the lowest natural frequency over which growth has to be averaged before an
+    /// exponent near zero is taken for zero. In less time, one that decays slowly looks alike.
+    const PERIODS_FOR_ZERO: f64 = 1000.0;
+
+    /// What the motion comes to. A verdict that rests on exponents being zero takes its time; a
+    /// positive exponent shows sooner.
+    pub fn attractor(&self) -> Attractor {
+        let periods = self.spectrum.time * self.omega_1 / std::f64::consts::TAU;
+        match self.spectrum.attractor() {
+            shown @ (Attractor::Chaos | Attractor::HyperChaos(_)) => shown,
+            told if periods >= Self::PERIODS_FOR_ZERO => told,
+            _ => Attractor::Undecided,
+        }
+    }
+
     /// What the motion comes to, in a few words.
     pub fn verdict(&self) -> String {
-        match self.spectrum.attractor() {
+        match self.attractor() {
             Attractor::Rest => "rest, or in step with a drive".to_owned(),
             Attractor::Cycle => "limit cycle".to_owned(),
             Attractor::Torus(tones) => format!("torus of {tones} tones"),

@@ -130,13 +130,13 @@ fn faults_name_line_and_remedy() {
     );
     assert!(
         refusal("[mass_on_belt]\nfrequency_hz = 400\n")
-            .contains(":2: `mass_on_belt.load_n_per_kg` is missing; it must be a number above 0")
+            .contains(":2: `mass_on_belt.mu_s` is missing; it must be a number from 0 to 10")
     );
     assert!(
         refusal(&BELT.replace("mu_d = 0.25", "mu_d = 0.6"))
             .starts_with("small.toml:6: `mass_on_belt.mu_d`: it exceeds the static coefficient")
     );
-    assert!(refusal(&BELT.replace("mu_s", "mu_t")).contains("did you mean `mass_on_belt.mu_s`?"));
+    assert!(refusal(&BELT.replace("mu_s", "mu_ss")).contains("did you mean `mass_on_belt.mu_s`?"));
     assert!(
         refusal(&format!(
             "{BELT}[analysis.section]\nplane_q = [1, 1]\nshown = [\"q1\", \"qdot1\"]\n"

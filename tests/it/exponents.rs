@@ -54,13 +54,17 @@ fn chaos_has_a_positive_exponent() {
     assert_eq!(signs[0], Sign::Positive, "{exponents:?}");
 }
 
-/// All exponents add up to the mean trace.
+/// All exponents add up to the mean trace, where the steps resolve the fastest contraction (about
+/// 1.5e5 1/s, a node that nearly sticks): at the scene's own tolerance, 1e-5, the sum is 11 % off, at
+/// 1e-7 0.09 %, at 1e-9 0.008 %. The exponents near zero do not mind.
 #[test]
 fn the_sum_is_the_mean_trace() {
-    let found = follow(scene("torus-3deg"), Count::All, Goal::Time(0.1));
+    let mut scene = scene("torus-3deg");
+    scene.integrator.tolerance = 1e-9;
+    let found = follow(scene, Count::All, Goal::Time(0.02));
     let (sum, trace) = (found.study.sum(), found.study.mean_trace);
     let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
-    assert!((sum / trace - 1.0).abs() < 5e-3, "{sum} {trace}");
+    assert!((sum / trace - 1.0).abs() < 3e-4, "{sum} {trace}");
 }
 
 /// The joint of `chaos-5deg` and `torus-3deg`, tilted slowly from 0 degrees up to a tilt: the motion

@@ -27,7 +27,7 @@ fn a_short_run_writes_all_that_it_says() {
     let words = [
         "torus-3deg",
         "--duration",
-        "5",
+        "100",
         "--settle",
         "2",
         "--until",

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Context, Emit, Stage, words};
+use crate::dynamics::Attractor;
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Exponents, Frame, Record, Summary};
 
@@ -28,7 +29,9 @@ impl Stage for ExponentsStage {
     }
 
     fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
-        let Some(last) = &self.last else {
+        // What cannot be told yet is not told.
+        let told = |last: &&Arc<Exponents>| last.attractor() != Attractor::Undecided;
+        let Some(last) = self.last.as_ref().filter(told) else {
             return Ok(());
         };
         emit(Record::Narration {

@@ -79,6 +79,8 @@ mod tests {
     const SETTLES: &str = "## The vibration settles";
     const TONE: &str = "## Looks like a pure tone";
     const TWO_TONES: &str = "## Looks like two tones";
+    const PARTED: &str = "## The butterfly has beaten its wings";
+    const CHAOS: &str = "## By its exponents: chaos";
     const BROAD: &str = "## Lines over a broad floor: looks like chaos";
 
     #[test]
@@ -87,7 +89,12 @@ mod tests {
         assert_eq!(headings("periodic-2deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("mode-shift-3.5deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("torus-3deg"), [GROWING, SETTLES, TWO_TONES]);
-        assert_eq!(headings("chaos-5deg"), [GROWING, SETTLES, BROAD]);
+        let mut told = headings("chaos-5deg");
+        let before = told.len();
+        told.retain(|heading| heading != PARTED);
+        assert_eq!(told.len(), before - 1);
+        told.dedup();
+        assert_eq!(told, [GROWING, SETTLES, BROAD, CHAOS]);
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub fn exponents(last: &Exponents) -> String {
         .map(|(k, exponent)| format!("λ{} = {}", k + 1, with_error(exponent)))
         .collect();
     let largest = spectrum.exponents.first().map_or(0.0, |first| first.value);
-    let meaning = match spectrum.attractor() {
+    let meaning = match last.attractor() {
         Attractor::Rest => {
             "All are below zero: neighbours meet, at rest or in step with what drives them."
                 .to_owned()
