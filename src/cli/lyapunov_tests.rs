@@ -60,11 +60,13 @@ fn pretend(
         Goal::Time(time) => time,
         Goal::HalfWidth(_) | Goal::Verdict => 2.0,
     };
-    let mut spectrum = LyapunovSpectrum::default();
-    spectrum.exponents = exponents.clone();
-    spectrum.time = time;
-    spectrum.dimension = 22;
-    spectrum.resolution = 1.0;
+    let spectrum = LyapunovSpectrum {
+        exponents: exponents.clone(),
+        time,
+        dimension: 22,
+        resolution: 1.0,
+        ..LyapunovSpectrum::default()
+    };
     Ok(SceneLyapunov {
         study: LyapunovStudy {
             spectrum,

@@ -22,11 +22,13 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
         })
         .collect();
     let time = running.last().unwrap().time;
-    let mut spectrum = LyapunovSpectrum::default();
-    spectrum.exponents = at(time);
-    spectrum.time = time;
-    spectrum.dimension = dimension;
-    spectrum.resolution = 8.0;
+    let spectrum = LyapunovSpectrum {
+        exponents: at(time),
+        time,
+        dimension,
+        resolution: 8.0,
+        ..LyapunovSpectrum::default()
+    };
     SceneLyapunov {
         study: LyapunovStudy {
             spectrum,

@@ -472,7 +472,7 @@ keys! {
     /// When the second copy of the joint starts, almost in the state of the first.
     BUTTERFLY_START: Number = "analysis.butterfly.start_ms", Default("50"), number(Millisecond, Range::Closed(0.0, 1e5));
     /// How far apart the two start, in the norm of the vibration's energy: a share of the size that the motion has had by then.
-    DISTANCE: Number = "analysis.butterfly.distance", Default("1e-9"), number(One, Range::Closed(1e-12, 0.01));
+    DISTANCE: Number = "analysis.butterfly.distance", Default("1e-5"), number(One, Range::Closed(1e-12, 0.01));
     /// Time between results.
     BUTTERFLY_EVERY: Number = "analysis.butterfly.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
 

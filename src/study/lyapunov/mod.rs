@@ -108,8 +108,10 @@ pub struct LyapunovStudy {
 impl LyapunovStudy {
     /// What a study came to that was stopped before it began.
     fn stopped(dimension: usize) -> Self {
-        let mut spectrum = LyapunovSpectrum::default();
-        spectrum.dimension = dimension;
+        let spectrum = LyapunovSpectrum {
+            dimension,
+            ..LyapunovSpectrum::default()
+        };
         Self {
             spectrum,
             running: Vec::new(),
