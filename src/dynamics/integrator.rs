@@ -269,8 +269,8 @@ impl Integrator {
 
     /// A neighbour of this motion: from the present time on, but from the state `z` (length
     /// [`System::dim`]), at the present length of the step, without tangent vectors and with a tally
-    /// of its own. Since it steps as this motion does, the two part by what the flow does to them
-    /// rather than by the error of their steps.
+    /// of its own. It starts with the step of this motion, but chooses its own from then on: once the
+    /// two step differently, distances below the accuracy of a step are errors of the steps.
     ///
     /// # Errors
     /// Those of [`Integrator::restart`], and [`DynamicsError::Size`] when `z` has another length.

@@ -9,7 +9,7 @@ use super::message::{
     PatchSnapshot, Subject,
 };
 use super::prepare::{initial_state, integrator};
-use super::source::{kinds, section_coordinates};
+use super::source::header;
 use super::{PipelineError, Source};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
@@ -190,19 +190,7 @@ impl Simulation {
 
 impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
-        let scene = &self.scene;
-        Header {
-            scene: scene.name.clone(),
-            title: scene.title.clone(),
-            about: scene.about.clone(),
-            scene_text: scene.text.clone(),
-            command: command.to_owned(),
-            sample_rate: scene.sample_rate,
-            duration: scene.duration,
-            analyses: kinds(&scene.analysis),
-            section: section_coordinates(&scene.analysis),
-            subject: Subject::Joint(self.joint_info()),
-        }
+        header(&self.scene, command, Subject::Joint(self.joint_info()))
     }
 
     fn analysis(&self) -> &AnalysisSpec {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
 use super::message::{Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
-use super::source::{kinds, section_coordinates};
+use super::source::header;
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
@@ -63,19 +63,7 @@ impl SmallSimulation {
 
 impl Source for SmallSimulation {
     fn header(&self, command: &str) -> Header {
-        let scene = &self.scene;
-        Header {
-            scene: scene.name.clone(),
-            title: scene.title.clone(),
-            about: scene.about.clone(),
-            scene_text: scene.text.clone(),
-            command: command.to_owned(),
-            sample_rate: scene.sample_rate,
-            duration: scene.duration,
-            analyses: kinds(&scene.analysis),
-            section: section_coordinates(&scene.analysis),
-            subject: Subject::Small(self.info.clone()),
-        }
+        header(&self.scene, command, Subject::Small(self.info.clone()))
     }
 
     fn analysis(&self) -> &AnalysisSpec {

@@ -1,6 +1,6 @@
 //! Where frames come from.
 
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
+use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Subject};
 use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
 
@@ -49,6 +49,22 @@ impl Source for Box<dyn Source> {
 
     fn is_over(&self) -> bool {
         self.as_ref().is_over()
+    }
+}
+
+/// The header of a scene's run; `command` says how the program was started.
+pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
+    Header {
+        scene: scene.name.clone(),
+        title: scene.title.clone(),
+        about: scene.about.clone(),
+        scene_text: scene.text.clone(),
+        command: command.to_owned(),
+        sample_rate: scene.sample_rate,
+        duration: scene.duration,
+        analyses: kinds(&scene.analysis),
+        section: section_coordinates(&scene.analysis),
+        subject,
     }
 }
 

@@ -7,17 +7,16 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines,
 use super::{
     error::RecordError,
     paths,
-    plot::{Axes, Axis, Bounds, Plot},
+    plot::{Axes, Bounds},
+    portrait::Field,
     samples::{Rows, name_series},
     stream,
-    style::{self, FullScale, Quantity, Unit, short},
+    style::{self, FullScale, Quantity, short},
 };
 use crate::pipeline::message::{Frame, Header, Parting};
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
 const TRAIL: f64 = 4e-3;
-/// Side of the field, pixels.
-const SIDE: f32 = 400.0;
 /// Smallest full scales: displacement in m and velocity in m/s.
 const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 /// Colours of the two copies.
@@ -58,7 +57,7 @@ impl Butterfly {
 
     /// What the view of the portraits must show.
     pub fn bounds() -> Bounds {
-        portrait([1.0, 1.0]).0.bounds()
+        Field::new([1.0, 1.0]).plot.bounds()
     }
 
     /// Takes a frame: the trails are drawn anew once a frame.
@@ -83,7 +82,10 @@ impl Butterfly {
     }
 
     fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
-        let (plot, [length, speed]) = portrait(self.scales.map(FullScale::get));
+        let Field {
+            plot,
+            units: [length, speed],
+        } = Field::new(self.scales.map(FullScale::get));
         self.axes.draw(rec, paths::BUTTERFLY_AXES, time, &plot)?;
         for (copy, [path, now]) in COPIES.into_iter().enumerate() {
             let points = self.trail.iter().map(|point| {
@@ -150,27 +152,6 @@ impl Butterfly {
             _ => Ok(()),
         }
     }
-}
-
-/// The plot of the portraits with given full scales (m and m/s), and the units of its axes.
-fn portrait(scales: [f64; 2]) -> (Plot, [Unit; 2]) {
-    let units = [
-        Quantity::Length.unit(scales[0]),
-        Quantity::Speed.unit(scales[1]),
-    ];
-    let axis = |name: &str, full: f64, unit: &Unit| {
-        let full = unit.per_si * full;
-        Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
-    };
-    let plot = Plot {
-        width: SIDE,
-        height: SIDE,
-        head: 0.0,
-        x: axis("displacement u", scales[0], &units[0]),
-        y: axis("velocity v", scales[1], &units[1]),
-        grid: true,
-    };
-    (plot, units)
 }
 
 /// How far they have parted, in words.

@@ -79,30 +79,9 @@ impl Portrait {
         }
     }
 
-    /// The plot with given full scales (m and m/s).
-    fn plot(scales: [f64; 2]) -> Field {
-        let units = [
-            Quantity::Length.unit(scales[0]),
-            Quantity::Speed.unit(scales[1]),
-        ];
-        let axis = |name: &str, full: f64, unit: &Unit| {
-            let full = unit.per_si * full;
-            Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
-        };
-        let plot = Plot {
-            width: SIDE,
-            height: SIDE,
-            head: 0.0,
-            x: axis("displacement u", scales[0], &units[0]),
-            y: axis("velocity v", scales[1], &units[1]),
-            grid: true,
-        };
-        Field { plot, units }
-    }
-
     /// What the view must show, whatever the scale.
     pub fn bounds() -> super::plot::Bounds {
-        Self::plot([1.0, 1.0]).plot.bounds()
+        Field::new([1.0, 1.0]).plot.bounds()
     }
 
     /// Takes a frame: the trail is drawn anew once a frame.
@@ -125,7 +104,7 @@ impl Portrait {
             let peak = all.map(|p| p[c].abs()).fold(0.0, f64::max);
             changed |= scale.update(peak, SMALLEST[c]);
         }
-        let field = Self::plot(self.scales.map(FullScale::get));
+        let field = Field::new(self.scales.map(FullScale::get));
         if changed {
             field.plot.draw(rec, paths::PORTRAIT_AXES, Some(frame.t0))?;
         }
@@ -162,12 +141,33 @@ impl Portrait {
 }
 
 /// A plot of the phase plane, and the units of its axes.
-struct Field {
-    plot: Plot,
-    units: [Unit; 2],
+pub(super) struct Field {
+    pub plot: Plot,
+    pub units: [Unit; 2],
 }
 
 impl Field {
+    /// The phase plane with given full scales (m and m/s).
+    pub fn new(scales: [f64; 2]) -> Self {
+        let units = [
+            Quantity::Length.unit(scales[0]),
+            Quantity::Speed.unit(scales[1]),
+        ];
+        let axis = |name: &str, full: f64, unit: &Unit| {
+            let full = unit.per_si * full;
+            Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
+        };
+        let plot = Plot {
+            width: SIDE,
+            height: SIDE,
+            head: 0.0,
+            x: axis("displacement u", scales[0], &units[0]),
+            y: axis("velocity v", scales[1], &units[1]),
+            grid: true,
+        };
+        Self { plot, units }
+    }
+
     /// The picture position of a displacement (m) and a velocity (m/s).
     fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
         let [length, speed] = &self.units;
