@@ -57,7 +57,7 @@ impl ExponentsReport {
             over_omega_1: exponent.value / exponents.omega_1,
         };
         Self {
-            attractor: exponents.verdict(),
+            attractor: exponents.attractor().to_string(),
             exponents: spectrum.exponents.iter().map(one).collect(),
             dimension: spectrum.dimension,
             averaged_s: spectrum.time,

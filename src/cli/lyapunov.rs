@@ -123,7 +123,7 @@ fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     if let Some(seed) = args.seed {
         scene = scene.with_seed(seed);
     }
-    Ok(scene)
+    Ok(scene.without_analyses())
 }
 
 /// The file of the figure: the path itself if it ends in `.png`, else `lyapunov.png` below it.

@@ -223,23 +223,20 @@ fn name(attractor: Attractor) -> &'static str {
 }
 
 fn words(attractor: Attractor, spectrum: &LyapunovSpectrum) -> String {
-    match attractor {
-        Attractor::Rest => "it comes to rest: every exponent is negative".to_owned(),
-        Attractor::Cycle => {
-            "a limit cycle: one exponent is zero, the others are negative".to_owned()
-        }
-        Attractor::Torus(zeros) => {
-            format!("a torus: {zeros} exponents are zero, the others are negative")
-        }
-        Attractor::Chaos => "chaos: one exponent is positive".to_owned(),
-        Attractor::HyperChaos(count) => format!("hyper-chaos: {count} exponents are positive"),
-        Attractor::Undecided if spectrum.exponents.is_empty() => {
-            "no growth was averaged".to_owned()
-        }
-        Attractor::Undecided => {
-            "not decided: an exponent that matters is doubtful, or too few are followed".to_owned()
-        }
+    if spectrum.exponents.is_empty() {
+        return "undecided: no growth was averaged".to_owned();
     }
+    let because = match attractor {
+        Attractor::Rest => "every exponent is negative".to_owned(),
+        Attractor::Cycle => "one exponent is zero, the others are negative".to_owned(),
+        Attractor::Torus(zeros) => format!("{zeros} exponents are zero, the others are negative"),
+        Attractor::Chaos => "one exponent is positive".to_owned(),
+        Attractor::HyperChaos(count) => format!("{count} exponents are positive"),
+        Attractor::Undecided => {
+            "an exponent that matters is doubtful, or too few are followed".to_owned()
+        }
+    };
+    format!("{attractor}: {because}")
 }
 
 /// A value with its error: two digits of the error, as many places of the value.
@@ -304,6 +301,14 @@ impl Report for LyapunovReport {
             }
             text.push('\n');
         }
+        if let Some(off) = self.coarseness() {
+            let _ = writeln!(
+                text,
+                "  {DOUBTFUL}beware:{DOUBTFUL:#} the two should be equal and differ by {:.1} %: the steps are \
+                 too long for the fastest contractions; give --tolerance 1e-7",
+                100.0 * off
+            );
+        }
         let _ = writeln!(
             text,
             "  {:.3} s averaged, after {:.3} s of the scene and {:.3} s of settling",
@@ -337,6 +342,14 @@ impl Report for LyapunovReport {
 }
 
 impl LyapunovReport {
+    /// How far the sum of all exponents is off the mean trace, where that is more than the trace's
+    /// own error by sampling may be.
+    fn coarseness(&self) -> Option<f64> {
+        let (sum, trace) = self.sum_per_s.zip(self.mean_trace_per_s)?;
+        let off = (sum - trace).abs() / trace.abs();
+        (off > 0.01).then_some(off)
+    }
+
     fn table(&self, text: &mut String) {
         let _ = writeln!(
             text,

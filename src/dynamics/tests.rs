@@ -6,6 +6,7 @@ mod events;
 mod exponents;
 mod hard_cases;
 mod jumps;
+mod neighbours;
 mod orders;
 mod reference;
 mod springs;

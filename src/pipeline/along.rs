@@ -80,16 +80,6 @@ impl Along {
         }
         Ok(())
     }
-
-    /// Makes a step of the second copy end at time `t` (s), where the system is going to change.
-    pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
-        self.twin.as_mut().map_or(Ok(()), |twin| twin.land(sys, t))
-    }
-
-    /// Goes on with the changed system.
-    pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
-        self.twin.as_mut().map_or(Ok(()), |twin| twin.restart(sys))
-    }
 }
 
 impl Due {

@@ -10,7 +10,8 @@ pub(super) struct HealthMeter {
     busy_seconds: f64,
     /// Time covered so far, s.
     covered: f64,
-    audit: f64,
+    /// `None` before a frame has told energies.
+    audit: Option<f64>,
     /// The largest energy, and so the scale of the audit, J.
     turnover: f64,
 }
@@ -35,11 +36,8 @@ impl HealthMeter {
         // A joint at rest has turned over nothing, and misses nothing.
         let scale = self.turnover.max(f64::MIN_POSITIVE);
         if !frame.energy.is_empty() {
-            self.audit = frame
-                .energy
-                .iter()
-                .map(|s| s.residual.abs() / scale)
-                .fold(0.0, f64::max);
+            let residuals = frame.energy.iter().map(|s| s.residual.abs() / scale);
+            self.audit = Some(residuals.fold(0.0, f64::max));
         }
         let health = Health {
             time: frame.end(),
@@ -62,7 +60,7 @@ impl HealthMeter {
     /// Adds to the summary of a run how it did; what it came to is the analyses' to say.
     pub fn conclude(&self, summary: &mut Summary) {
         summary.real_time_factor = factor(self.covered, self.busy_seconds);
-        summary.audit = self.audit;
+        summary.audit = self.audit.unwrap_or(0.0);
     }
 }
 

@@ -98,20 +98,6 @@ impl Exponents {
             _ => Attractor::Undecided,
         }
     }
-
-    /// What the motion comes to, in a few words.
-    pub fn verdict(&self) -> String {
-        match self.attractor() {
-            Attractor::Rest => "rest, or in step with a drive".to_owned(),
-            Attractor::Cycle => "limit cycle".to_owned(),
-            Attractor::Torus(tones) => format!("torus of {tones} tones"),
-            Attractor::Chaos => "chaos".to_owned(),
-            Attractor::HyperChaos(positive) => {
-                format!("hyper-chaos, {positive} exponents above zero")
-            }
-            Attractor::Undecided => "undecided".to_owned(),
-        }
-    }
 }
 
 /// A second copy of the joint that started almost in the state of the first, at the samples of a
@@ -613,8 +599,9 @@ pub struct Health {
     pub records_waiting: usize,
     /// Pictures replaced by later ones so far (only when viewing without saving).
     pub drops: u64,
-    /// Energy audit: largest residual of the last frame relative to the energy turned over.
-    pub audit: f64,
+    /// Energy audit: largest residual of the last frame relative to the energy turned over; `None`
+    /// where none is told.
+    pub audit: Option<f64>,
 }
 
 /// What the run came to.
@@ -636,7 +623,7 @@ pub struct Summary {
     pub tally: Tally,
     /// Contact transitions.
     pub transitions: u64,
-    /// Relative residual of the energy audit at the end.
+    /// Relative residual of the energy audit at the end; 0 where none is told.
     pub audit: f64,
     /// The last exponents; `None` unless asked for, or if the run ended before they settled.
     pub exponents: Option<Exponents>,

@@ -176,7 +176,7 @@ mod tests {
         for record in &records {
             match record {
                 Record::Health(health) => {
-                    assert_eq!((health.real_time_factor, health.audit), (0.0, 0.0));
+                    assert_eq!((health.real_time_factor, health.audit), (0.0, None));
                     assert_eq!((health.steps_per_ms, health.calls_per_ms), (0.0, 0.0));
                 }
                 Record::Narration { text, .. } => panic!("words on a joint: {text}"),

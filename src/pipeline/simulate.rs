@@ -160,7 +160,6 @@ impl Simulation {
         }
         if time > 0.0 {
             self.integrator.land(&self.joint, time)?;
-            self.along.land(&self.joint, time)?;
         }
         let model = self.ball.model(tilt)?;
         let joint = Joint::new(&model).with_audit();
@@ -168,7 +167,6 @@ impl Simulation {
         self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
-        self.along.restart(&self.joint)?;
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
         self.tilt = tilt;
         Ok(())

@@ -17,15 +17,6 @@ pub(super) struct Twin {
     seed: u64,
     /// The largest size of the first copy so far, sqrt(J).
     size: f64,
-    flight: Option<Flight>,
-}
-
-/// A second copy on its way.
-#[derive(Debug)]
-struct Flight {
-    integrator: Integrator,
-    /// When it started, s.
-    start: f64,
     /// Its state at the last sample.
     z: Vec<f64>,
 }
@@ -46,7 +37,7 @@ impl Twin {
             spec,
             seed,
             size: 0.0,
-            flight: None,
+            z: Vec::new(),
         }
     }
 
@@ -55,50 +46,32 @@ impl Twin {
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
-        first: &Integrator,
+        first: &mut Integrator,
         time: f64,
         z: &[f64],
     ) -> Result<Option<TwinState<'_>>, DynamicsError> {
         self.size = self.size.max(norm(sys, z.iter().copied()));
-        if self.flight.is_none() && time >= self.spec.start {
-            self.flight = Some(self.start(sys, first)?);
+        if first.neighbour_since().is_none() && time >= self.spec.start {
+            self.start(sys, first)?;
         }
         // The first copy has gone past the sample, and the second one starts where it is.
-        let Some(flight) = self.flight.as_mut().filter(|flight| time >= flight.start) else {
+        if first.neighbour_since().is_none_or(|start| time < start) {
             return Ok(None);
-        };
-        flight.integrator.sample(sys, time, &mut flight.z)?;
-        let apart = flight.z.iter().zip(z).map(|(a, b)| a - b);
+        }
+        first.sample_neighbour(sys, time, &mut self.z)?;
+        let apart = self.z.iter().zip(z).map(|(a, b)| a - b);
         Ok(Some(TwinState {
             distance: norm(sys, apart) / self.size.max(f64::MIN_POSITIVE),
-            z: &flight.z,
+            z: &self.z,
         }))
-    }
-
-    /// Makes a step end at time `t` (s), where the system is going to change.
-    pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
-        // One that started later than that starts anew with the changed system.
-        self.flight.take_if(|flight| flight.start > t);
-        match &mut self.flight {
-            Some(flight) => flight.integrator.land(sys, t),
-            None => Ok(()),
-        }
-    }
-
-    /// Goes on with the changed system.
-    pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
-        match &mut self.flight {
-            Some(flight) => flight.integrator.restart(sys),
-            None => Ok(()),
-        }
     }
 
     /// Starts where the first copy is, displaced in a random direction.
     fn start<Y: System + ?Sized>(
-        &self,
+        &mut self,
         sys: &Y,
-        first: &Integrator,
-    ) -> Result<Flight, DynamicsError> {
+        first: &mut Integrator,
+    ) -> Result<(), DynamicsError> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(STREAM);
         let omega = sys.omega();
@@ -109,15 +82,11 @@ impl Twin {
             *q /= if w > 0.0 { w } else { 1.0 };
         }
         let scale = self.spec.distance * self.size / norm(sys, by.iter().copied());
-        let mut z = first.state().to_vec();
-        for (z, by) in z.iter_mut().zip(by) {
+        self.z = first.state().to_vec();
+        for (z, by) in self.z.iter_mut().zip(by) {
             *z += scale * by;
         }
-        Ok(Flight {
-            integrator: first.neighbour(sys, &z)?,
-            start: first.time(),
-            z,
-        })
+        first.add_neighbour(sys, &self.z)
     }
 }
 

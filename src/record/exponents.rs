@@ -178,7 +178,7 @@ fn name_exponents(rec: &RecordingStream, count: usize) -> Result<(), RecordError
 /// The exponents in words and numbers.
 fn document(header: &Header, exponents: &Exponents) -> String {
     let spectrum = &exponents.spectrum;
-    let mut letters = exponents.verdict();
+    let mut letters = exponents.attractor().to_string();
     letters[..1].make_ascii_uppercase();
     let rows: String = spectrum
         .exponents

@@ -161,8 +161,8 @@ impl Field {
             width: SIDE,
             height: SIDE,
             head: 0.0,
-            x: axis("displacement u", scales[0], &units[0]),
-            y: axis("velocity v", scales[1], &units[1]),
+            x: axis("displacement", scales[0], &units[0]),
+            y: axis("velocity", scales[1], &units[1]),
             grid: true,
         };
         Self { plot, units }

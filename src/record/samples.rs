@@ -274,5 +274,8 @@ pub fn log_health(rec: &RecordingStream, health: &Health) -> Result<(), RecordEr
             health.drops as f64,
         ],
     )?;
-    log(paths::HEALTH_AUDIT, &[health.audit])
+    match health.audit {
+        Some(audit) => log(paths::HEALTH_AUDIT, &[audit]),
+        None => Ok(()),
+    }
 }

@@ -533,7 +533,7 @@ fn exponents_and_the_butterfly_read_their_keys() {
     assert_eq!(scene.analysis.exponents, Some(default));
     let butterfly = ButterflySpec {
         start: 50e-3,
-        distance: 1e-5,
+        distance: 1e-9,
         every: 1e-3,
     };
     assert_eq!(scene.analysis.butterfly, Some(butterfly));

@@ -80,6 +80,19 @@ pub enum Attractor {
     Undecided,
 }
 
+impl std::fmt::Display for Attractor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Rest => f.write_str("rest, or in step with a drive"),
+            Self::Cycle => f.write_str("limit cycle"),
+            Self::Torus(tones) => write!(f, "torus of {tones} tones"),
+            Self::Chaos => f.write_str("chaos"),
+            Self::HyperChaos(_) => f.write_str("hyper-chaos"),
+            Self::Undecided => f.write_str("undecided"),
+        }
+    }
+}
+
 impl LyapunovSpectrum {
     /// What is known of the sign of exponent `k`.
     ///

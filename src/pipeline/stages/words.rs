@@ -74,7 +74,7 @@ pub fn exponents(last: &Exponents) -> String {
     };
     format!(
         "## By its exponents: {}\n\n{} per s, over {}. {meaning}",
-        last.verdict(),
+        last.attractor(),
         told.join(", "),
         quantity(spectrum.time, "s"),
     )

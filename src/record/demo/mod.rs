@@ -109,7 +109,7 @@ pub fn records(duration: f64) -> Vec<Record> {
                 rejections_per_ms: 7.0,
                 calls_per_ms: 840.0,
                 events_per_ms: 300.0,
-                audit: 1e-6,
+                audit: Some(1e-6),
                 ..Health::default()
             }));
         }

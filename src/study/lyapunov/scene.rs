@@ -58,7 +58,8 @@ pub fn scene_lyapunov(
     request: &LyapunovRequest,
     watch: Watch<'_>,
 ) -> Result<SceneLyapunov, PipelineError> {
-    let mut motion = Motion::new(scene)?;
+    // What the scene would have analysed along its run is not asked for here.
+    let mut motion = Motion::new(&scene.clone().without_analyses())?;
     let width = request.count.width(motion.system());
     // That there are so many is told now, not after the transient.
     let following = |integrator: Integrator, system: &dyn System| {

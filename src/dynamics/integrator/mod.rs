@@ -1,6 +1,26 @@
 //! The front: states at the times asked for, whatever the steps.
 
-use super::control::{Accuracy, Control, Controller, Size};
+/// Does the same with whichever stepper there is.
+macro_rules! with_stepper {
+    ($engine:expr, $stepper:ident => $body:expr) => {
+        match $engine {
+            Engine::Lawson54($stepper) => $body,
+            Engine::Tsit54($stepper) => $body,
+            Engine::Rk4($stepper) => $body,
+        }
+    };
+}
+
+mod checks;
+mod companions;
+mod method;
+mod neighbour;
+
+use checks::{check_modes, check_size};
+pub use method::Method;
+use neighbour::Neighbour;
+
+use super::control::{Control, Size};
 use super::events::Events;
 use super::explicit::Direct;
 use super::exponential::Interaction;
@@ -8,60 +28,7 @@ use super::pace::Pace;
 use super::stepper::{Stepper, switching};
 use super::tableau::{RK4, TSIT54};
 use super::tangents::Tangents;
-use super::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
-
-/// The choice of method, with its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
-    /// Exponential pair of order 5(4), free vibration exact: Lawson's integrating factor with the
-    /// pair of Tsitouras. The default.
-    Lawson54 {
-        /// How accurate a step must be.
-        accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
-        max_step: f64,
-    },
-    /// Plain embedded pair of order 5(4) of Tsitouras.
-    Tsit54 {
-        /// How accurate a step must be.
-        accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
-        max_step: f64,
-    },
-    /// Classical Runge–Kutta method of order 4.
-    Rk4 {
-        /// The step, s.
-        step: f64,
-    },
-}
-
-impl Method {
-    /// The control of the step, with its parameters checked.
-    fn control(self) -> Result<Control, DynamicsError> {
-        let positive = |name, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(())
-            } else {
-                Err(DynamicsError::Parameter {
-                    name,
-                    value,
-                    allowed: "positive and finite",
-                })
-            }
-        };
-        match self {
-            Self::Lawson54 { accuracy, max_step } | Self::Tsit54 { accuracy, max_step } => {
-                accuracy.check()?;
-                positive("the longest step", max_step)?;
-                Ok(Control::Adaptive(Controller::new(accuracy, max_step)))
-            }
-            Self::Rk4 { step } => {
-                positive("the step", step)?;
-                Ok(Control::Fixed(step))
-            }
-        }
-    }
-}
+use super::{DynamicsError, System, Tally};
 
 /// The methods' workspaces: a tableau in a picture each.
 #[derive(Clone, Debug)]
@@ -73,17 +40,6 @@ enum Engine {
     Lawson54(Stepper<Interaction, 7>),
     Tsit54(Stepper<Direct, 7>),
     Rk4(Stepper<Direct, 5>),
-}
-
-/// Does the same with whichever stepper there is.
-macro_rules! with_stepper {
-    ($engine:expr, $stepper:ident => $body:expr) => {
-        match $engine {
-            Engine::Lawson54($stepper) => $body,
-            Engine::Tsit54($stepper) => $body,
-            Engine::Rk4($stepper) => $body,
-        }
-    };
 }
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
@@ -106,6 +62,8 @@ pub struct Integrator {
     events: Option<Events>,
     /// The tangent vectors that go along, if any.
     tangents: Option<Tangents>,
+    /// The neighbour that goes along, if any.
+    neighbour: Option<Neighbour>,
 }
 
 impl Integrator {
@@ -143,6 +101,7 @@ impl Integrator {
             dim,
             events: None,
             tangents: None,
+            neighbour: None,
         };
         integrator.limit_step();
         Ok(integrator)
@@ -168,39 +127,8 @@ impl Integrator {
         Ok(self)
     }
 
-    /// Follows so many tangent vectors, `width`, along with the state from the next start on; `seed`
-    /// gives their first directions. They give the largest exponents, or all of them.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Lacks`] when the system has no [`System::differentiable`],
-    /// [`DynamicsError::Width`] for more vectors than dimensions, or none.
-    pub fn with_tangents<Y: System + ?Sized>(
-        mut self,
-        sys: &Y,
-        width: usize,
-        seed: u64,
-    ) -> Result<Self, DynamicsError> {
-        let derivative = sys.differentiable().ok_or(DynamicsError::Lacks {
-            what: "derivative of its force",
-            wish: "exponents",
-        })?;
-        let dimension = sys.tangent_dim();
-        if !(1..=dimension).contains(&width) {
-            return Err(DynamicsError::Width {
-                asked: width,
-                dimension,
-            });
-        }
-        let stages = with_stepper!(&mut self.engine, stepper => {
-            stepper.record(derivative.record_len());
-            stepper.records.len()
-        });
-        self.tangents = Some(Tangents::new(sys, width, seed, stages));
-        Ok(self)
-    }
-
     /// Starts at time `t` (s) from the state `z` (length [`System::dim`]), forgetting all before
-    /// but the [`Integrator::tally`]. Costs one call.
+    /// but the [`Integrator::tally`], and any neighbour. Costs one call.
     ///
     /// # Errors
     /// Those of [`Integrator::restart`], and [`DynamicsError::Size`] when `z` has another length,
@@ -226,6 +154,7 @@ impl Integrator {
         if let Some(tangents) = &mut self.tangents {
             tangents.restart(t);
         }
+        self.neighbour = None;
         self.restart(sys)?;
         let rate = with_stepper!(&self.engine, stepper => self.pace.rate(stepper));
         if let Control::Adaptive(controller) = &mut self.pace.control {
@@ -236,7 +165,7 @@ impl Integrator {
 
     /// Goes on from the present time and state with a changed system of the same size, at the
     /// present length of the step. States before the present time are out of reach from now on.
-    /// Costs one call.
+    /// Costs one call. A neighbour goes on from where [`Integrator::land`] has led it.
     ///
     /// # Errors
     /// [`DynamicsError::Size`] when the system has another size, [`DynamicsError::Mode`] when its
@@ -264,27 +193,11 @@ impl Integrator {
                 }
             };
             self.pace.refresh(stepper, sys, status)
-        })
-    }
-
-    /// A neighbour of this motion: from the present time on, but from the state `z` (length
-    /// [`System::dim`]), at the present length of the step, without tangent vectors and with a tally
-    /// of its own. It starts with the step of this motion, but chooses its own from then on: once the
-    /// two step differently, distances below the accuracy of a step are errors of the steps.
-    ///
-    /// # Errors
-    /// Those of [`Integrator::restart`], and [`DynamicsError::Size`] when `z` has another length.
-    pub fn neighbour<Y: System + ?Sized>(&self, sys: &Y, z: &[f64]) -> Result<Self, DynamicsError> {
-        check_size("the state of the neighbour", self.dim, z.len())?;
-        let mut neighbour = self.clone();
-        neighbour.tangents = None;
-        neighbour.pace.tally = Tally::default();
-        with_stepper!(&mut neighbour.engine, stepper => {
-            stepper.records.clear();
-            stepper.end.copy_from_slice(z);
-        });
-        neighbour.restart(sys)?;
-        Ok(neighbour)
+        })?;
+        match &mut self.neighbour {
+            Some(neighbour) => neighbour.restart(sys),
+            None => Ok(()),
+        }
     }
 
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
@@ -302,10 +215,7 @@ impl Integrator {
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
-        self.check_time(t)?;
-        while self.time() < t {
-            self.step(sys, f64::INFINITY)?;
-        }
+        self.go_past(sys, t, f64::INFINITY)?;
         with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
         if let Some(status) = self.events.as_ref().and_then(Events::held) {
             switching(sys).settle(status, t, out);
@@ -326,6 +236,10 @@ impl Integrator {
         self.check_time(t)?;
         if self.time() > t {
             with_stepper!(&mut self.engine, stepper => self.pace.rewind(stepper));
+            if let Some(neighbour) = &mut self.neighbour {
+                neighbour.rewind();
+            }
+            self.neighbour.take_if(|neighbour| neighbour.born() > t);
             let start = self.time();
             if let Some(tangents) = &mut self.tangents {
                 tangents.rewind(start);
@@ -336,10 +250,12 @@ impl Integrator {
                 });
             }
         }
-        while self.time() < t {
-            self.step(sys, t)?;
+        self.go_past(sys, t, t)?;
+        self.cross(sys)?;
+        match &mut self.neighbour {
+            Some(neighbour) => neighbour.catch_up(sys, t),
+            None => Ok(()),
         }
-        self.cross(sys)
     }
 
     /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
@@ -371,56 +287,6 @@ impl Integrator {
         self.events.as_ref().map_or(&[], |events| &events.status)
     }
 
-    /// The exponents by the growth of the tangent vectors up to [`Integrator::time`]; `None` where
-    /// none are followed, or vectors of one's own ([`Integrator::follow_vectors`]).
-    pub fn exponents(&self) -> Option<LyapunovSpectrum> {
-        let tangents = self.tangents.as_ref()?;
-        let growth = tangents.growth(self.time())?;
-        Some(growth.spectrum(tangents.dimension()))
-    }
-
-    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
-    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
-    pub fn convergence(&self) -> Option<Convergence> {
-        let growth = self.tangents.as_ref()?.growth(self.time())?;
-        Some(growth.convergence())
-    }
-
-    /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
-    pub fn forget_growth(&mut self) {
-        let t = self.time();
-        if let Some(tangents) = &mut self.tangents {
-            tangents.forget(t);
-        }
-    }
-
-    /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
-    /// [`Differentiable::product`](super::Differentiable::product); `None` where none are followed.
-    pub fn tangent_vectors(&self) -> Option<&[f64]> {
-        Some(&self.tangents.as_ref()?.end)
-    }
-
-    /// Takes these vectors, in the order of [`Integrator::tangent_vectors`], as the tangent vectors
-    /// at [`Integrator::time`], and never makes them orthonormal, so that they become the flow's
-    /// derivative times the vectors given; until the next [`Integrator::start`]. To be called where
-    /// [`Integrator::start`] or [`Integrator::land`] has led: at a time within a step the vectors
-    /// would come too early.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Size`] when there are not as many numbers as [`Integrator::with_tangents`]
-    /// has made room for.
-    pub fn follow_vectors(&mut self, vectors: &[f64]) -> Result<(), DynamicsError> {
-        let room = self
-            .tangents
-            .as_ref()
-            .map_or(0, |tangents| tangents.end.len());
-        check_size("the list of tangent vectors", room, vectors.len())?;
-        if let Some(tangents) = &mut self.tangents {
-            tangents.replace(vectors);
-        }
-        Ok(())
-    }
-
     /// The time reached, s: the end of the last step.
     pub fn time(&self) -> f64 {
         with_stepper!(&self.engine, stepper => stepper.end_time)
@@ -439,6 +305,20 @@ impl Integrator {
     /// Work done since [`Integrator::new`].
     pub fn tally(&self) -> Tally {
         self.pace.tally
+    }
+
+    /// Steps until time `t` (s) is reached, and no step past `limit` (s).
+    fn go_past<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        t: f64,
+        limit: f64,
+    ) -> Result<(), DynamicsError> {
+        self.check_time(t)?;
+        while self.time() < t {
+            self.step(sys, limit)?;
+        }
+        Ok(())
     }
 
     /// The guards that are to be crossed before the next step.
@@ -478,7 +358,11 @@ impl Integrator {
                 tangents.advance(sys, status, stepper);
             }
         });
-        Ok(())
+        let end = self.time();
+        match &mut self.neighbour {
+            Some(neighbour) => neighbour.note(sys, end),
+            None => Ok(()),
+        }
     }
 
     /// Crosses the guards at which the last step was cut, and all that this brings about.
@@ -549,40 +433,5 @@ impl Integrator {
         {
             controller.limit(self.max_step.min(stepper.picture.longest_step()));
         }
-    }
-}
-
-/// Checks that every mode of a system is an oscillation.
-fn check_modes<Y: System + ?Sized>(sys: &Y) -> Result<(), DynamicsError> {
-    if !sys.damping().is_empty() {
-        check_size(
-            "the list of damping ratios",
-            sys.modes(),
-            sys.damping().len(),
-        )?;
-    }
-    for (mode, &omega) in sys.omega().iter().enumerate() {
-        let damping = sys.damping().get(mode).copied().unwrap_or(0.0);
-        if !(omega >= 0.0 && omega.is_finite() && damping.abs() < 1.0) {
-            return Err(DynamicsError::Mode {
-                mode,
-                omega,
-                damping,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Checks the length of something.
-fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), DynamicsError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(DynamicsError::Size {
-            what,
-            expected,
-            found,
-        })
     }
 }

@@ -1,0 +1,149 @@
+//! What goes along with a motion: tangent vectors and a neighbour.
+
+use super::checks::check_size;
+use super::neighbour::Neighbour;
+use super::{Engine, Integrator};
+use crate::dynamics::pace::Pace;
+use crate::dynamics::tangents::Tangents;
+use crate::dynamics::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
+
+impl Integrator {
+    /// Follows so many tangent vectors, `width`, along with the state from the next start on; `seed`
+    /// gives their first directions. They give the largest exponents, or all of them.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Lacks`] when the system has no [`System::differentiable`],
+    /// [`DynamicsError::Width`] for more vectors than dimensions, or none.
+    pub fn with_tangents<Y: System + ?Sized>(
+        mut self,
+        sys: &Y,
+        width: usize,
+        seed: u64,
+    ) -> Result<Self, DynamicsError> {
+        let derivative = sys.differentiable().ok_or(DynamicsError::Lacks {
+            what: "derivative of its force",
+            wish: "exponents",
+        })?;
+        let dimension = sys.tangent_dim();
+        if !(1..=dimension).contains(&width) {
+            return Err(DynamicsError::Width {
+                asked: width,
+                dimension,
+            });
+        }
+        let stages = with_stepper!(&mut self.engine, stepper => {
+            stepper.record(derivative.record_len());
+            stepper.records.len()
+        });
+        self.tangents = Some(Tangents::new(sys, width, seed, stages));
+        Ok(self)
+    }
+
+    /// The exponents by the growth of the tangent vectors up to [`Integrator::time`]; `None` where
+    /// none are followed, or vectors of one's own ([`Integrator::follow_vectors`]).
+    pub fn exponents(&self) -> Option<LyapunovSpectrum> {
+        let tangents = self.tangents.as_ref()?;
+        let growth = tangents.growth(self.time())?;
+        Some(growth.spectrum(tangents.dimension()))
+    }
+
+    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
+    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
+    pub fn convergence(&self) -> Option<Convergence> {
+        let growth = self.tangents.as_ref()?.growth(self.time())?;
+        Some(growth.convergence())
+    }
+
+    /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
+    pub fn forget_growth(&mut self) {
+        let t = self.time();
+        if let Some(tangents) = &mut self.tangents {
+            tangents.forget(t);
+        }
+    }
+
+    /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
+    /// [`Differentiable::product`](super::Differentiable::product); `None` where none are followed.
+    pub fn tangent_vectors(&self) -> Option<&[f64]> {
+        Some(&self.tangents.as_ref()?.end)
+    }
+
+    /// Takes these vectors, in the order of [`Integrator::tangent_vectors`], as the tangent vectors
+    /// at [`Integrator::time`], and never makes them orthonormal, so that they become the flow's
+    /// derivative times the vectors given; until the next [`Integrator::start`]. To be called where
+    /// [`Integrator::start`] or [`Integrator::land`] has led: at a time within a step the vectors
+    /// would come too early.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] when there are not as many numbers as [`Integrator::with_tangents`]
+    /// has made room for.
+    pub fn follow_vectors(&mut self, vectors: &[f64]) -> Result<(), DynamicsError> {
+        let room = self
+            .tangents
+            .as_ref()
+            .map_or(0, |tangents| tangents.end.len());
+        check_size("the list of tangent vectors", room, vectors.len())?;
+        if let Some(tangents) = &mut self.tangents {
+            tangents.replace(vectors);
+        }
+        Ok(())
+    }
+
+    /// Lets a neighbour go along from the present time on, from the state `z` (length
+    /// [`System::dim`]), in place of any there was. It takes the steps that this motion takes,
+    /// whatever they come to for it, and beyond these ends its steps only at its own events: however
+    /// near the two are, they part as the flow parts them, and not by the errors of their steps.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::start`].
+    pub fn add_neighbour<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        z: &[f64],
+    ) -> Result<(), DynamicsError> {
+        self.neighbour = Some(Neighbour::new(self, sys, z)?);
+        Ok(())
+    }
+
+    /// Since when there is a neighbour, s; `None` where there is none: before
+    /// [`Integrator::add_neighbour`], and after [`Integrator::land`] has led to a time before that.
+    pub fn neighbour_since(&self) -> Option<f64> {
+        self.neighbour.as_ref().map(Neighbour::born)
+    }
+
+    /// Writes the neighbour's state at time `t` (s) to `out` (length [`System::dim`]), as
+    /// [`Integrator::sample`] writes that of this motion.
+    ///
+    /// # Errors
+    /// As [`Integrator::sample`]; [`DynamicsError::Lacks`] where there is no neighbour.
+    pub fn sample_neighbour<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        t: f64,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        self.go_past(sys, t, f64::INFINITY)?;
+        let neighbour = self.neighbour.as_mut().ok_or(DynamicsError::Lacks {
+            what: "neighbour",
+            wish: "a sample of it",
+        })?;
+        neighbour.sample(sys, t, out)
+    }
+
+    /// A copy without what goes along, and with a tally of its own.
+    pub(super) fn alone(&self) -> Self {
+        let mut engine = self.engine.clone();
+        with_stepper!(&mut engine, stepper => stepper.records.clear());
+        Self {
+            engine,
+            pace: Pace {
+                tally: Tally::default(),
+                ..self.pace.clone()
+            },
+            events: self.events.clone(),
+            tangents: None,
+            neighbour: None,
+            ..*self
+        }
+    }
+}

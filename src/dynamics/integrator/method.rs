@@ -1,0 +1,57 @@
+//! Which method, and what it needs to know.
+
+use crate::dynamics::DynamicsError;
+use crate::dynamics::control::{Accuracy, Control, Controller};
+
+/// The choice of method, with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Exponential pair of order 5(4), free vibration exact: Lawson's integrating factor with the
+    /// pair of Tsitouras. The default.
+    Lawson54 {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
+    /// Plain embedded pair of order 5(4) of Tsitouras.
+    Tsit54 {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
+    /// Classical Runge–Kutta method of order 4.
+    Rk4 {
+        /// The step, s.
+        step: f64,
+    },
+}
+
+impl Method {
+    /// The control of the step, with its parameters checked.
+    pub(super) fn control(self) -> Result<Control, DynamicsError> {
+        let positive = |name, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(())
+            } else {
+                Err(DynamicsError::Parameter {
+                    name,
+                    value,
+                    allowed: "positive and finite",
+                })
+            }
+        };
+        match self {
+            Self::Lawson54 { accuracy, max_step } | Self::Tsit54 { accuracy, max_step } => {
+                accuracy.check()?;
+                positive("the longest step", max_step)?;
+                Ok(Control::Adaptive(Controller::new(accuracy, max_step)))
+            }
+            Self::Rk4 { step } => {
+                positive("the step", step)?;
+                Ok(Control::Fixed(step))
+            }
+        }
+    }
+}
