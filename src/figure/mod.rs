@@ -2,7 +2,7 @@
 //!
 //! A [`Figure`] is a grid of [`Panel`]s; a panel has two axes and marks upon them. What figures
 //! a subject has is said in one file a subject; [`signal_figures`] draws the report on a signal,
-//! [`lyapunov_figure`] the exponents of a scene.
+//! [`lyapunov_figure`] the exponents of a scene, [`sweep_figures`] a sweep.
 //!
 //! The SVG is the figure; the PNG is that SVG, drawn at twice its size. Both come out the same,
 //! byte for byte, on every machine: no font and no library of the system is asked.
@@ -14,6 +14,7 @@ mod panel;
 mod raster;
 mod signal;
 mod style;
+mod sweep;
 
 #[cfg(test)]
 mod tests;
@@ -22,12 +23,13 @@ pub use error::FigureError;
 pub use lyapunov::lyapunov_figure;
 pub use panel::{Axis, Mark, Panel, Scale};
 pub use signal::signal_figures;
+pub use sweep::sweep_figures;
 
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Stem of its file name, such as `recurrence`.
-    pub name: &'static str,
+    pub name: String,
     /// The SVG document.
     pub svg: String,
 }
@@ -39,13 +41,13 @@ impl Figure {
     /// # Errors
     /// [`FigureError::Draw`].
     pub fn new(
-        name: &'static str,
+        name: impl Into<String>,
         title: &str,
         size: [u32; 2],
         rows: &[Vec<Panel>],
     ) -> Result<Self, FigureError> {
         Ok(Self {
-            name,
+            name: name.into(),
             svg: draw::draw(title, size, rows)?,
         })
     }

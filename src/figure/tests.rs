@@ -199,7 +199,7 @@ fn report(name: &str) -> SignalReport {
 /// Where the figures go if someone wants to look: `SQUEAKSCOPE_FIGURES=DIR cargo test figure`.
 fn show(figure: &Figure, png: &[u8]) {
     if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
-        let path = std::path::Path::new(&folder).join(figure.name);
+        let path = std::path::Path::new(&folder).join(&figure.name);
         std::fs::write(path.with_extension("png"), png).unwrap();
         std::fs::write(path.with_extension("svg"), &figure.svg).unwrap();
     }
@@ -222,7 +222,7 @@ fn is_finite(figure: &Figure) -> bool {
 #[test]
 fn every_subject_has_its_figure() {
     let figures = signal_figures(&report("probe/displacement")).unwrap();
-    let names: Vec<&str> = figures.iter().map(|f| f.name).collect();
+    let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
     let expected = [
         "waveform",
         "spectrum",

@@ -70,6 +70,24 @@ impl BallJoint {
             body.element_size,
             &body.families,
         )?;
+        Self::on_body(modes, spec)
+    }
+
+    /// A joint with other parameters. The modes are computed anew only where the body differs.
+    ///
+    /// # Errors
+    /// As [`BallJoint::new`].
+    pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
+        if self.spec.body == spec.body {
+            Self::on_body(self.body, spec)
+        } else {
+            Self::new(spec)
+        }
+    }
+
+    /// Lays out the patch on a body whose modes are known.
+    fn on_body(modes: BodyModes, spec: &JointSpec) -> Result<Self, AssemblyError> {
+        let body = &spec.body;
         let frequencies_hz = modes
             .modes()
             .iter()

@@ -24,7 +24,7 @@ pub use analyse::{AnalyseError, Analyser};
 pub use error::PipelineError;
 pub use outlet::RecorderGone;
 pub use playback::Playback;
-pub use prepare::{Prepared, initial_state, prepare};
+pub use prepare::{Prepared, initial_state, prepare, prepare_on};
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};

@@ -14,6 +14,9 @@ pub struct Prepared {
     /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
     /// small system.
     pub system: Box<dyn System + Send>,
+    /// What the probe makes of the modal coordinates: the displacement observed is this row times
+    /// `q` (Eq. (24)), the velocity this row times `dq/dt`.
+    pub probe: Vec<f64>,
     /// Its integrator, not started yet. It stops at events where the scene says so, and always where
     /// the system is a small one.
     pub integrator: Integrator,
@@ -26,18 +29,34 @@ pub struct Prepared {
 /// # Errors
 /// If the joint cannot be assembled, or the integrator does not fit the system.
 pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
-    let system: Box<dyn System + Send> = match &scene.subject {
+    prepare_on(scene, &mut None)
+}
+
+/// [`prepare`] for many scenes in turn: a joint's body is computed anew only where it differs from
+/// that of the joint before, which is kept in `ball`.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepared, PipelineError> {
+    let (system, probe): (Box<dyn System + Send>, _) = match &scene.subject {
         SubjectSpec::Joint(tilted) => {
-            let model = BallJoint::new(&tilted.spec)?.model(tilted.tilt.at(0.0))?;
-            Box::new(Joint::new(&model))
+            let next = match ball.take() {
+                Some(before) => before.with_spec(&tilted.spec)?,
+                None => BallJoint::new(&tilted.spec)?,
+            };
+            let model = ball.insert(next).model(tilted.tilt.at(0.0))?;
+            let joint = Joint::new(&model);
+            let probe = joint.probe().to_vec();
+            (Box::new(joint), probe)
         }
-        SubjectSpec::Small(small) => boxed(small),
+        SubjectSpec::Small(small) => (boxed(small), vec![1.0]),
     };
     let integrator = integrator(scene, system.as_ref())?;
     let mut state = initial_state(scene, system.modes());
     state.resize(system.dim(), 0.0);
     Ok(Prepared {
         system,
+        probe,
         integrator,
         state,
     })

@@ -45,6 +45,7 @@ impl SmallSimulation {
             system,
             integrator,
             state,
+            ..
         } = &mut prepared;
         *integrator = with_tangents(scene, system.as_ref(), integrator.clone())?;
         integrator.start(system.as_ref(), 0.0, state)?;
@@ -82,6 +83,7 @@ impl Source for SmallSimulation {
             system,
             integrator,
             state: z,
+            ..
         } = &mut self.prepared;
         let mut frame = Frame {
             index: self.frames,

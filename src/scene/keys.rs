@@ -53,6 +53,12 @@ pub(super) enum Otherwise {
 pub(super) trait Entry: Sync {
     /// Dotted path from the top of the file.
     fn path(&self) -> &'static str;
+    /// What it is, in a sentence.
+    fn meaning(&self) -> &'static str;
+    /// The symbol of the unit in which it is stated; empty for a pure number and what is none.
+    fn unit_symbol(&self) -> &'static str;
+    /// Whether one number is a value of it.
+    fn is_number(&self) -> bool;
     /// The key's row in the guide's table (Markdown).
     fn guide_row(&self) -> String;
 }
@@ -60,6 +66,18 @@ pub(super) trait Entry: Sync {
 impl<K: Kind> Entry for Key<K> {
     fn path(&self) -> &'static str {
         self.path
+    }
+
+    fn meaning(&self) -> &'static str {
+        self.meaning
+    }
+
+    fn unit_symbol(&self) -> &'static str {
+        self.kind.unit().symbol()
+    }
+
+    fn is_number(&self) -> bool {
+        K::IS_NUMBER
     }
 
     fn guide_row(&self) -> String {
@@ -472,7 +490,7 @@ keys! {
     /// When the second copy of the joint starts, almost in the state of the first.
     BUTTERFLY_START: Number = "analysis.butterfly.start_ms", Default("50"), number(Millisecond, Range::Closed(0.0, 1e5));
     /// How far apart the two start, in the norm of the vibration's energy: a share of the size that the motion has had by then.
-    DISTANCE: Number = "analysis.butterfly.distance", Default("1e-5"), number(One, Range::Closed(1e-12, 0.01));
+    DISTANCE: Number = "analysis.butterfly.distance", Default("1e-9"), number(One, Range::Closed(1e-12, 0.01));
     /// Time between results.
     BUTTERFLY_EVERY: Number = "analysis.butterfly.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
 

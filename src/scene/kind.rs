@@ -25,6 +25,9 @@ pub(super) trait Kind: Sync {
     /// What reading gives: SI units, radians, enums.
     type Value;
 
+    /// Whether one number is a value.
+    const IS_NUMBER: bool = false;
+
     /// Reads a TOML value.
     fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch>;
 
@@ -109,6 +112,8 @@ impl Number {
 impl Kind for Number {
     type Value = f64;
 
+    const IS_NUMBER: bool = true;
+
     fn read(&self, value: &DeValue<'_>) -> Result<f64, Mismatch> {
         let stated = match value {
             DeValue::Float(float) => float.as_str().parse().map_err(|_| Mismatch::Range)?,
@@ -145,6 +150,8 @@ pub(super) struct Count {
 impl Kind for Count {
     type Value = usize;
 
+    const IS_NUMBER: bool = true;
+
     fn read(&self, value: &DeValue<'_>) -> Result<usize, Mismatch> {
         let n = u32::try_from(integer(value)?).map_err(|_| Mismatch::Range)?;
         if (self.min..=self.max).contains(&n) {
@@ -165,6 +172,8 @@ pub(super) struct Seed;
 
 impl Kind for Seed {
     type Value = u64;
+
+    const IS_NUMBER: bool = true;
 
     fn read(&self, value: &DeValue<'_>) -> Result<u64, Mismatch> {
         u64::try_from(integer(value)?).map_err(|_| Mismatch::Range)
@@ -278,6 +287,8 @@ pub(super) struct AutoOr<K>(pub K);
 
 impl<K: Kind> Kind for AutoOr<K> {
     type Value = Setting<K::Value>;
+
+    const IS_NUMBER: bool = K::IS_NUMBER;
 
     fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
         match value.as_str() {
@@ -397,6 +408,8 @@ pub(super) enum Numbers {
 
 impl Kind for OneOrMany {
     type Value = Numbers;
+
+    const IS_NUMBER: bool = true;
 
     fn read(&self, value: &DeValue<'_>) -> Result<Numbers, Mismatch> {
         match value.as_array() {

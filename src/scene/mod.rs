@@ -5,6 +5,7 @@ mod file;
 mod keys;
 mod kind;
 mod overrides;
+mod parameter;
 mod presets;
 mod schedule;
 mod spec;
@@ -19,6 +20,7 @@ mod tests;
 
 pub use error::{Fault, Place, SceneError, SceneWarning};
 pub use keys::key_reference;
+pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::Schedule;
 pub use spec::{

@@ -5,7 +5,7 @@ use super::file::mismatched;
 use super::keys::{self, Key};
 use super::kind::Number;
 use super::schedule::Schedule;
-use super::spec::Scene;
+use super::spec::{AnalysisSpec, Scene};
 use super::validate::sliding;
 use crate::joint::Friction;
 
@@ -45,6 +45,12 @@ impl Scene {
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.start.seed = seed;
         self.note(keys::SEED.path, seed);
+        self
+    }
+
+    /// The same motion with nothing analysed along it, and no tangent vectors or second copy beside it.
+    pub fn without_analyses(mut self) -> Self {
+        self.analysis = AnalysisSpec::default();
         self
     }
 
@@ -111,7 +117,7 @@ impl Scene {
             .push_str(&format!("# overridden for this run: {path} = {stated}\n"));
     }
 
-    fn place_of_override(&self) -> Place {
+    pub(super) fn place_of_override(&self) -> Place {
         Place {
             file: format!("override of scene {}", self.name),
             line: None,

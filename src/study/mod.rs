@@ -1,7 +1,9 @@
 //! Many answers from one scene.
 
 pub mod lyapunov;
+pub mod response;
 pub mod signal;
 mod stability;
+pub mod sweep;
 
 pub use stability::{StabilityAt, StabilityMode, StudyError, stability};

@@ -128,6 +128,19 @@ pub enum Regime {
     Unsure,
 }
 
+impl Regime {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Silent,
+        Self::Transient,
+        Self::Periodic,
+        Self::QuasiPeriodic,
+        Self::Chaotic,
+        Self::Noise,
+        Self::Unsure,
+    ];
+}
+
 impl fmt::Display for Regime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -1,0 +1,305 @@
+//! The figures of a sweep: bifurcation diagram, exponents and lines over a parameter, or a map of
+//! regimes over two. Fig. 11 of the paper.
+
+use super::panel::{Axis, Mark, Panel};
+use super::style::{BLUE, FAINT, GREEN, INK, PURPLE, Rgb, VERMILION, shade};
+use super::{Figure, FigureError};
+use crate::analysis::{Regime, range};
+use crate::dynamics::{Exponent, Sign};
+use crate::study::response::Response;
+use crate::study::sweep::{Start, SweepPlan, SweepPoint};
+
+/// Colours of the largest exponents, in turn.
+const EXPONENTS: [Rgb; 3] = [VERMILION, BLUE, GREEN];
+/// Nothing is known.
+const UNKNOWN: Rgb = [245, 246, 247];
+/// Lines weaker than this share of the strongest are not drawn.
+const FAINTEST: f64 = 0.02;
+
+/// The colour of a regime; those of one kind of motion are the same in all figures of sweeps.
+pub(super) fn color_of(regime: Regime) -> Rgb {
+    match regime {
+        Regime::Silent => [205, 209, 214],
+        Regime::Periodic => BLUE,
+        Regime::QuasiPeriodic => GREEN,
+        Regime::Chaotic => VERMILION,
+        Regime::Transient => PURPLE,
+        Regime::Noise => INK,
+        Regime::Unsure => [150, 155, 162],
+    }
+}
+
+/// All figures of a sweep: `bifurcation-START` for each start of a sweep over one parameter;
+/// `regimes-START` for each start of one over two. Points that are not there yet are left out.
+///
+/// # Errors
+/// [`FigureError`].
+pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Result<Vec<Figure>, FigureError> {
+    let starts = plan.starts.iter();
+    let figures = starts.map(|&start| {
+        let found: Vec<Found<'_>> = points
+            .iter()
+            .filter(|point| point.place.start == start)
+            .filter_map(|point| {
+                let response = point.outcome.as_ref().ok()?;
+                let values = &point.place.values[..];
+                Some(Found { values, response })
+            })
+            .collect();
+        match plan.axes.len() {
+            1 => diagram(plan, start, &found),
+            _ => map(plan, start, &found),
+        }
+    });
+    figures.collect()
+}
+
+/// A response, and where it was found.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    values: &'a [f64],
+    response: &'a Response,
+}
+
+/// How the points were started, in words.
+fn words(start: Start) -> &'static str {
+    match start {
+        Start::Cold => "each point started cold",
+        Start::Up => "continued up",
+        Start::Down => "continued down",
+    }
+}
+
+fn diagram(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, FigureError> {
+    let axis = &plan.axes[0];
+    let [low, high] = range(axis.values().iter().copied());
+    let half = match axis.values().len() {
+        0 | 1 => 0.5,
+        count => 0.5 * (high - low) / (count - 1) as f64,
+    };
+    let x = Axis::linear(axis.label(), [low - half, high + half]);
+    let mut rows = vec![vec![maxima(&x, found)]];
+    if found.iter().any(|point| point.response.exponents.is_some()) {
+        rows.push(vec![exponents(&x, found)]);
+    }
+    rows.push(vec![lines(&x, found)]);
+    let height = 60 + 270 * rows.len() as u32;
+    let title = format!("{} — {}", plan.scene.name, words(start));
+    Figure::new(name("bifurcation", start), &title, [1000, height], &rows)
+}
+
+/// The stem of a figure's file name.
+fn name(kind: &str, start: Start) -> String {
+    format!("{kind}-{start}")
+}
+
+/// The maxima of the displacement, each column in the colour of its regime.
+fn maxima(x: &Axis, found: &[Found<'_>]) -> Panel {
+    let mut marks = Vec::new();
+    for regime in Regime::ALL {
+        let of_regime = found.iter().filter(|point| point.response.regime == regime);
+        let points: Vec<[f64; 2]> = of_regime
+            .flat_map(|point| {
+                let maxima = point.response.maxima.iter();
+                // A joint that rests has one point, at zero.
+                let rests = point.response.maxima.is_empty().then_some(&0.0);
+                let tops = maxima.chain(rests);
+                tops.map(|top| [point.values[0], 1e6 * top])
+            })
+            .collect();
+        if !points.is_empty() {
+            marks.push(Mark::Dots {
+                points,
+                radius: 0.8,
+                color: color_of(regime),
+                label: regime.to_string(),
+            });
+        }
+    }
+    let all = found.iter().flat_map(|point| &point.response.maxima);
+    Panel {
+        title: "local maxima of the displacement".to_owned(),
+        x: x.clone(),
+        y: Axis::around("maximum, µm", all.map(|top| 1e6 * top).chain([0.0])),
+        marks,
+    }
+}
+
+fn exponents(x: &Axis, found: &[Found<'_>]) -> Panel {
+    let mut marks = vec![Mark::Level { y: 0.0 }];
+    let mut shown: Vec<Exponent> = Vec::new();
+    for (k, color) in EXPONENTS.into_iter().enumerate() {
+        let kth = found.iter().filter_map(|point| {
+            let spectrum = point.response.exponents.as_ref()?;
+            let exponent = spectrum.exponents.get(k)?;
+            Some((point.values[0], *exponent, spectrum.sign(k)))
+        });
+        let kth: Vec<(f64, Exponent, Sign)> = kth.collect();
+        if kth.is_empty() {
+            break;
+        }
+        shown.extend(kth.iter().map(|(_, exponent, _)| *exponent));
+        marks.push(Mark::Intervals {
+            spans: kth
+                .iter()
+                .map(|(x, e, _)| [*x, e.low(), e.high()])
+                .collect(),
+            color,
+        });
+        marks.push(Mark::Dots {
+            points: kth.iter().map(|(x, e, _)| [*x, e.value]).collect(),
+            radius: 2.6,
+            color,
+            label: format!("λ{}", k + 1),
+        });
+    }
+    // The interval of a motion that was hardly averaged would hide all others.
+    let ends = shown.iter().flat_map(|e| {
+        let ends = [
+            e.value,
+            e.low().max(e.value - 40.0),
+            e.high().min(e.value + 40.0),
+        ];
+        ends.into_iter()
+    });
+    let ends = ends.filter(|value| *value > -250.0).chain([0.0]);
+    Panel {
+        title: "largest Lyapunov exponents with their 95 % intervals".to_owned(),
+        x: x.clone(),
+        y: Axis::around("exponent, 1/s", ends),
+        marks,
+    }
+}
+
+/// The frequencies of the lines; the stronger, the larger the dot.
+fn lines(x: &Axis, found: &[Found<'_>]) -> Panel {
+    // From strong to weak: amplitude over the strongest one's, radius, colour.
+    let kinds = [
+        (0.5, 3.4, INK),
+        (0.1, 2.2, [90, 96, 104]),
+        (FAINTEST, 1.2, FAINT),
+    ];
+    let mut marks = Vec::new();
+    let mut upper = f64::INFINITY;
+    for (least, radius, color) in kinds {
+        let points: Vec<[f64; 2]> = found
+            .iter()
+            .flat_map(|point| {
+                let lines = &point.response.lines;
+                let strongest = lines.first().map_or(f64::INFINITY, |line| line.amplitude);
+                let share = move |amplitude: f64| amplitude / strongest;
+                let chosen = lines.iter().filter(move |line| {
+                    let share = share(line.amplitude);
+                    share >= least && share < upper
+                });
+                chosen.map(|line| [point.values[0], 1e-3 * line.frequency])
+            })
+            .collect();
+        upper = least;
+        if !points.is_empty() {
+            marks.push(Mark::Dots {
+                points,
+                radius,
+                color,
+                label: format!("from {:.0} % of the strongest", 100.0 * least),
+            });
+        }
+    }
+    let highest = found.iter().flat_map(|point| {
+        let strongest = point
+            .response
+            .lines
+            .first()
+            .map_or(0.0, |line| line.amplitude);
+        let strong = point.response.lines.iter();
+        let strong = strong.filter(move |line| line.amplitude >= FAINTEST * strongest);
+        strong.map(|line| 1e-3 * line.frequency)
+    });
+    let [_, highest] = range(highest.chain([0.1]));
+    Panel {
+        title: "lines of the spectrum".to_owned(),
+        x: x.clone(),
+        y: Axis::linear("frequency, kHz", [0.0, 1.08 * highest]),
+        marks,
+    }
+}
+
+/// Regime and largest exponent over two parameters.
+fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, FigureError> {
+    let [across, along] = [&plan.axes[0], &plan.axes[1]];
+    let size = [across.values().len(), along.values().len()];
+    // The cell that belongs to a point; the upper row first.
+    let cell = |point: &Found<'_>| {
+        let place = |values: &[f64], value: f64| values.iter().position(|v| *v == value);
+        let column = place(across.values(), point.values[0])?;
+        let row = place(along.values(), point.values[1])?;
+        Some((size[1] - 1 - row) * size[0] + column)
+    };
+    let picture = |color: &dyn Fn(&Response) -> Rgb| {
+        let mut pixels = vec![UNKNOWN; size[0] * size[1]];
+        for point in found {
+            if let Some(cell) = cell(point) {
+                pixels[cell] = color(point.response);
+            }
+        }
+        pixels
+    };
+    let spans = [across, along].map(|axis| {
+        let [low, high] = range(axis.values().iter().copied());
+        let half = 0.5 * (high - low) / (axis.values().len().max(2) - 1) as f64;
+        let half = if half > 0.0 { half } else { 0.5 };
+        [low - half, high + half]
+    });
+    let panel = |title: String, pixels: Vec<Rgb>, legend: Vec<Mark>| {
+        let mut marks = vec![Mark::Picture {
+            x: spans[0],
+            y: spans[1],
+            size,
+            pixels,
+        }];
+        marks.extend(legend);
+        Panel {
+            title,
+            x: Axis::linear(across.label(), spans[0]),
+            y: Axis::linear(along.label(), spans[1]),
+            marks,
+        }
+    };
+    let largest = |response: &Response| {
+        let spectrum = response.exponents.as_ref()?;
+        spectrum.exponents.first().map(|e| e.value)
+    };
+    let values = found.iter().filter_map(|point| largest(point.response));
+    let [_, most] = range(values.chain([1.0]));
+    let regimes = Regime::ALL
+        .into_iter()
+        .filter(|regime| found.iter().any(|point| point.response.regime == *regime));
+    // A dot beyond the axes: only its entry in the legend is seen.
+    let legend = regimes.map(|regime| Mark::Dots {
+        points: Vec::new(),
+        radius: 3.0,
+        color: color_of(regime),
+        label: regime.to_string(),
+    });
+    let mut rows = vec![vec![panel(
+        "kind of motion".to_owned(),
+        picture(&|response| color_of(response.regime)),
+        legend.collect(),
+    )]];
+    if found.iter().any(|point| largest(point.response).is_some()) {
+        rows.push(vec![panel(
+            format!("largest Lyapunov exponent: white 0 and below, black {most:.0} 1/s"),
+            picture(&|response| {
+                largest(response).map_or(UNKNOWN, |value| shade(value.max(0.0) / most))
+            }),
+            Vec::new(),
+        )]);
+    }
+    let height = 60 + 380 * rows.len() as u32;
+    let title = format!("{} — {}", plan.scene.name, words(start));
+    Figure::new(name("regimes", start), &title, [900, height], &rows)
+}
+
+#[cfg(test)]
+#[path = "sweep_tests.rs"]
+mod tests;

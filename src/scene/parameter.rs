@@ -1,0 +1,195 @@
+//! One number of a scene by its path: what a study varies.
+
+use std::fmt;
+
+use toml_edit::{DocumentMut, Item, Table, Value};
+
+use super::error::{Fault, Place, SceneError, nearest};
+use super::keys::{ALL, Entry, KNOT_TIME, TILT, TILT_KNOTS, split};
+use super::spec::Scene;
+
+/// A number of a scene file that can be given another value.
+#[derive(Clone, Copy)]
+pub struct Parameter {
+    key: &'static dyn Entry,
+}
+
+impl Parameter {
+    /// The parameter of a dotted path, such as `contact.stiffness_factor`, or of the key's own name
+    /// where only one table has it.
+    ///
+    /// # Errors
+    /// When no scene has such a number; the error names the nearest one.
+    pub fn named(name: &str) -> Result<Self, SceneError> {
+        let keys = || ALL.iter().copied().filter(|key| is_free(*key));
+        if let Some(key) = keys().find(|key| key.path() == name) {
+            return Ok(Self { key });
+        }
+        let namesakes: Vec<_> = keys().filter(|key| split(key.path()).1 == name).collect();
+        if let [key] = namesakes[..] {
+            return Ok(Self { key });
+        }
+        let nearest = match namesakes.first() {
+            Some(namesake) => Some(namesake.path().to_owned()),
+            None => nearest(name, keys().map(|key| key.path())).map(str::to_owned),
+        };
+        let unknown = Fault::UnknownKey {
+            key: name.to_owned(),
+            nearest,
+            known: "`squeakscope scenes --keys` lists every number of a scene".to_owned(),
+        };
+        Err(unknown.at(Place {
+            file: "the parameter to vary".to_owned(),
+            line: None,
+        }))
+    }
+
+    /// The tilt of the load, constant in time.
+    pub fn tilt() -> Self {
+        Self { key: &TILT }
+    }
+
+    /// The dotted path.
+    pub fn path(self) -> &'static str {
+        self.key.path()
+    }
+
+    /// What it is, in a sentence.
+    pub fn meaning(self) -> &'static str {
+        self.key.meaning()
+    }
+
+    /// The unit in which it is stated; empty for a pure number.
+    pub fn unit(self) -> &'static str {
+        self.key.unit_symbol()
+    }
+}
+
+/// Whether a key is a number of its own, not one of a list of tables.
+fn is_free(key: &dyn Entry) -> bool {
+    let list = split(KNOT_TIME.path).0;
+    key.is_number() && split(key.path()).0 != list
+}
+
+impl PartialEq for Parameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.path() == other.path()
+    }
+}
+
+impl fmt::Debug for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Parameter({})", self.path())
+    }
+}
+
+impl Scene {
+    /// The same scene with other values of some parameters, each in the unit in which a scene file
+    /// states it. The scene's text says them, too. A tilt given takes the place of a schedule.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`]: values out of range, and values that do not fit together.
+    pub fn with_values(&self, values: &[(Parameter, f64)]) -> Result<Self, SceneError> {
+        let mut document: DocumentMut =
+            self.text.parse().map_err(|error: toml_edit::TomlError| {
+                let message = error.message().replace('\n', " ");
+                Fault::Syntax { message }.at(self.place_of_override())
+            })?;
+        for &(parameter, value) in values {
+            set(document.as_table_mut(), parameter.path(), value);
+            if parameter == Parameter::tilt() {
+                let (table, list) = split(TILT_KNOTS.path);
+                if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
+                    table.remove(list);
+                }
+            }
+        }
+        Self::parse(&self.name, document.to_string())
+    }
+}
+
+/// Sets the value at a dotted path and makes the tables on the way to it.
+fn set(root: &mut Table, path: &str, value: f64) {
+    // A whole number stands for a count as well as for a number.
+    let whole = value.fract() == 0.0 && value.abs() < 1e15;
+    let mut value = if whole {
+        Value::from(value as i64)
+    } else {
+        Value::from(value)
+    };
+    let (tables, name) = split(path);
+    let mut table: &mut dyn toml_edit::TableLike = root;
+    for part in tables.split('.').filter(|part| !part.is_empty()) {
+        let item = table.entry(part).or_insert_with(|| {
+            let mut new = Table::new();
+            new.set_implicit(true);
+            Item::Table(new)
+        });
+        match item.as_table_like_mut() {
+            Some(inner) => table = inner,
+            // The scene was valid: this is a table.
+            None => return,
+        }
+    }
+    if let Some(before) = table.get(name).and_then(Item::as_value) {
+        *value.decor_mut() = before.decor().clone();
+    }
+    table.insert(name, Item::Value(value));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_found_by_path_or_by_a_name_of_their_own() {
+        let factor = Parameter::named("contact.stiffness_factor").unwrap();
+        assert_eq!(Parameter::named("stiffness_factor").unwrap(), factor);
+        assert_eq!(factor.unit(), "");
+        assert_eq!(Parameter::tilt().unit(), "deg");
+        assert_eq!(Parameter::named("tilt_deg").unwrap(), Parameter::tilt());
+        // Several tables have a window.
+        for name in ["window_ms", "contact.stifness_factor", "contact.quadrature"] {
+            let error = Parameter::named(name).unwrap_err().to_string();
+            assert!(
+                error.contains("did you mean") || error.contains("nearest"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_scene_takes_values_and_says_so() {
+        let ramp = Scene::load("tilt-ramp").unwrap();
+        let factor = Parameter::named("stiffness_factor").unwrap();
+        let nodes = Parameter::named("nodes").unwrap();
+        let damping = Parameter::named("damping.ratio").unwrap();
+        let values = [
+            (Parameter::tilt(), 2.5),
+            (factor, 4.0),
+            (nodes, 64.0),
+            (damping, 0.001),
+        ];
+        let scene = ramp.with_values(&values).unwrap();
+        let joint = scene.joint().unwrap();
+        assert_eq!(joint.tilt.at(1.0), 2.5_f64.to_radians());
+        assert_eq!(joint.tilt.knots().len(), 1);
+        assert_eq!(joint.spec.contact.stiffness_factor, 4.0);
+        assert_eq!(joint.spec.contact.nodes, 64);
+        assert_eq!(
+            Scene::parse("tilt-ramp", scene.text.clone()).unwrap(),
+            scene
+        );
+        // What was not asked for stays, comments included.
+        assert!(scene.text.lines().filter(|line| line.contains('#')).count() > 3);
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        let scene = Scene::load("chaos-5deg").unwrap();
+        let nodes = Parameter::named("nodes").unwrap();
+        for (parameter, value) in [(Parameter::tilt(), 91.0), (nodes, 2.5), (nodes, 0.0)] {
+            assert!(scene.with_values(&[(parameter, value)]).is_err(), "{value}");
+        }
+    }
+}

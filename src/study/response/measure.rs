@@ -1,0 +1,285 @@
+//! Everything that is told of a settled motion from the probe's samples.
+
+use crate::analysis::{
+    AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
+    RateBase, RecurrenceRule, Regime, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
+    delay_section, deviation, name_lines, quantify, range,
+};
+use crate::scene::{Scene, SectionSurface, Setting};
+
+/// The most maxima and passages kept, the newest ones.
+const MOST_POINTS: usize = 400;
+
+/// Delay of the section where the scene names none, s: a quarter of a period of 4.1 kHz.
+const LAG: f64 = 60e-6;
+
+/// States of a delay.
+const STATES_A_LAG: usize = 6;
+
+/// States that are compared for recurrence.
+const STATES: usize = 2000;
+
+/// Dimension of these states, Section 3 of the paper.
+const DIMENSION: usize = 5;
+
+/// States are recurrent within this many deviations of the displacement.
+const NEARNESS: f64 = 0.5;
+
+/// Shortest diagonal and vertical line that count: the first in delays, about a period.
+const LEAST_DIAGONAL_LAGS: usize = 4;
+const LEAST_VERTICAL: usize = 2;
+
+/// Time of the motion kept to draw from, s.
+const KEPT: f64 = 0.01;
+
+/// Highest frequency of the spectrum kept, Hz.
+const HIGHEST: f64 = 20e3;
+
+/// A spectral line and what it is called.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedTone {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Amplitude of the displacement, m.
+    pub amplitude: f64,
+    /// Its name, such as `f2 - 3 f1`; empty where none fits.
+    pub name: String,
+}
+
+/// Pieces of a settled motion to draw from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Portrait {
+    /// Spacing of the samples, s.
+    pub dt: f64,
+    /// The newest displacements, m.
+    pub displacement: Vec<f32>,
+    /// The probe's velocities at the same instants, m/s.
+    pub velocity: Vec<f32>,
+    /// Spacing of the spectrum's bins, Hz, the first at 0.
+    pub bin: f64,
+    /// Amplitude spectrum of the displacement over the whole measurement, m.
+    pub spectrum: Vec<f32>,
+}
+
+/// The probe's samples.
+pub(super) struct Samples {
+    rate: f64,
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+/// What they tell.
+pub(super) struct Told {
+    pub amplitude: f64,
+    pub rms_velocity: f64,
+    pub peak_velocity: f64,
+    pub maxima: Vec<f64>,
+    pub section: Vec<[f64; 2]>,
+    pub lines: Vec<NamedTone>,
+    pub floor_share: f64,
+    pub recurrence: Option<Measures>,
+    pub recurrence_period: Option<f64>,
+    pub regime: Regime,
+    pub confidence: f64,
+    pub portrait: Portrait,
+}
+
+impl Samples {
+    /// For so many samples at `rate` (Hz).
+    pub fn new(rate: f64, count: usize) -> Self {
+        Self {
+            rate,
+            displacement: Vec::with_capacity(count),
+            velocity: Vec::with_capacity(count),
+        }
+    }
+
+    pub fn push(&mut self, [displacement, velocity]: [f64; 2]) {
+        self.displacement.push(displacement);
+        self.velocity.push(velocity);
+    }
+
+    /// Tells all of it; what moves less than `silence` (m) is silent.
+    pub fn tell(&self, scene: &Scene, silence: f64) -> Result<Told, AnalysisError> {
+        let u = &self.displacement[..];
+        let [low, high] = range(u.iter().copied());
+        let amplitude = 0.5 * (high - low);
+        let moves = amplitude > silence.max(1e-12 * high.abs().max(low.abs()));
+        let squares = self.velocity.iter().map(|v| v * v);
+        let rms_velocity = (squares.sum::<f64>() / self.velocity.len() as f64).sqrt();
+        let speeds = self.velocity.iter().map(|v| v.abs());
+        let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, self.rate).analyse(u)?;
+        let search = RegimeSearch {
+            sample_rate: self.rate,
+            silence,
+        };
+        let verdict = classify(u, &search)?;
+        let lines = match moves {
+            true => spectrum.lines(&LineCriterion::default()),
+            false => Vec::new(),
+        };
+        let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let named = lines
+            .iter()
+            .zip(&naming.names)
+            .map(|(line, name)| NamedTone {
+                frequency: line.frequency,
+                amplitude: line.amplitude,
+                name: name.map(|name| name.to_string()).unwrap_or_default(),
+            });
+        let lag = ((lag(scene) * self.rate).round() as usize).max(1);
+        let recurrence = match moves {
+            true => self.recurrence(lag)?,
+            false => None,
+        };
+        Ok(Told {
+            amplitude,
+            rms_velocity,
+            peak_velocity: speeds.fold(0.0, f64::max),
+            maxima: if moves { maxima(u) } else { Vec::new() },
+            section: if moves { section(u, lag)? } else { Vec::new() },
+            lines: named.collect(),
+            floor_share: spectrum.floor_share(),
+            recurrence_period: recurrence.as_ref().and_then(|(_, period)| *period),
+            recurrence: recurrence.map(|(measures, _)| measures),
+            regime: verdict.regime,
+            confidence: verdict.confidence,
+            portrait: self.portrait(&spectrum.amplitude, spectrum.bin),
+        })
+    }
+
+    /// Recurrence of the newest states, and the period of its diagonals, s.
+    fn recurrence(&self, lag: usize) -> Result<Option<(Measures, Option<f64>)>, AnalysisError> {
+        let step = (lag / STATES_A_LAG).max(1);
+        let lag = (lag as f64 / step as f64).round() as usize;
+        let taken: Vec<f64> = self
+            .displacement
+            .iter()
+            .rev()
+            .step_by(step)
+            .copied()
+            .collect();
+        let needed = DelayVectors::samples_for(STATES, lag, DIMENSION).min(taken.len());
+        let taken: Vec<f64> = taken[..needed].iter().rev().copied().collect();
+        if taken.len() < DelayVectors::samples_for(2 * lag, lag, DIMENSION) {
+            return Ok(None);
+        }
+        let vectors = DelayVectors::new(&taken, lag, DIMENSION)?;
+        let rule = RecurrenceRule {
+            norm: Norm::Euclidean,
+            threshold: Threshold::Distance(NEARNESS * deviation(&taken)),
+            theiler: lag,
+        };
+        let counts = quantify(&vectors, &rule)?;
+        let least = LEAST_DIAGONAL_LAGS * lag;
+        let measures = counts.measures(least, LEAST_VERTICAL, RateBase::Counted);
+        let period = counts
+            .period()
+            .map(|states| states * step as f64 / self.rate);
+        Ok(Some((measures, period)))
+    }
+
+    fn portrait(&self, spectrum: &[f64], bin: f64) -> Portrait {
+        let kept = ((KEPT * self.rate) as usize).min(self.displacement.len());
+        let newest = |values: &[f64]| -> Vec<f32> {
+            values[values.len() - kept..]
+                .iter()
+                .map(|&v| v as f32)
+                .collect()
+        };
+        let bins = ((HIGHEST / bin) as usize + 1).min(spectrum.len());
+        Portrait {
+            dt: 1.0 / self.rate,
+            displacement: newest(&self.displacement),
+            velocity: newest(&self.velocity),
+            bin,
+            spectrum: spectrum[..bins].iter().map(|&a| a as f32).collect(),
+        }
+    }
+}
+
+/// The delay of the section, s: the one that the scene gives, if it is one of a delay.
+fn lag(scene: &Scene) -> f64 {
+    match scene
+        .analysis
+        .section
+        .as_ref()
+        .map(|section| &section.surface)
+    {
+        Some(SectionSurface::Delay {
+            lag: Setting::Given(lag),
+            ..
+        }) => *lag,
+        _ => LAG,
+    }
+}
+
+/// The newest local maxima, each the vertex of the parabola through three samples.
+fn maxima(samples: &[f64]) -> Vec<f64> {
+    let tops = samples.windows(3).filter(|w| w[0] < w[1] && w[1] >= w[2]);
+    let mut maxima: Vec<f64> = tops
+        .rev()
+        .take(MOST_POINTS)
+        .map(|w| {
+            let (slope, bend) = (0.5 * (w[2] - w[0]), w[0] - 2.0 * w[1] + w[2]);
+            w[1] - 0.5 * slope * slope / bend
+        })
+        .collect();
+    maxima.reverse();
+    maxima
+}
+
+/// The newest passages through zero, of three delays each: the first and the third.
+fn section(samples: &[f64], lag: usize) -> Result<Vec<[f64; 2]>, AnalysisError> {
+    let passages = delay_section(samples, lag, 3, 0.0, Direction::Rising)?;
+    let newest = passages.len().saturating_sub(MOST_POINTS);
+    let points = passages[newest..].iter().map(|c| [c.point[0], c.point[2]]);
+    Ok(points.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::test_signals::sines;
+
+    #[test]
+    fn maxima_are_those_of_the_curve_between_the_samples() {
+        let tone = sines(200e3, 4000, &[(4100.0, 0.7, 0.3)]);
+        let tops = maxima(&tone);
+        assert_eq!(tops.len(), 82);
+        for top in tops {
+            // Off by what the curve bends within a sample: some hundredths of (2 pi 4100 / 200e3)^4.
+            assert!((top - 0.7).abs() < 6e-6, "{top}");
+        }
+        // Flat tops count once.
+        assert_eq!(maxima(&[0.0, 1.0, 1.0, 0.0]), [1.125]);
+        assert!(maxima(&[1.0; 9]).is_empty());
+    }
+
+    #[test]
+    fn two_tones_tell_themselves() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        let u = sines(200e3, 40_000, &[(4110.0, 1e-6, 0.1), (3870.0, 4e-7, 0.9)]);
+        let mut samples = Samples::new(200e3, u.len());
+        for pair in u.windows(2) {
+            samples.push([pair[0], (pair[1] - pair[0]) * 200e3]);
+        }
+        let told = samples.tell(&scene, 3e-10).unwrap();
+        assert_eq!(told.regime, Regime::QuasiPeriodic);
+        assert!(
+            (told.lines[0].frequency - 4110.0).abs() < 0.1,
+            "{:?}",
+            told.lines
+        );
+        assert!((told.lines[1].amplitude / 4e-7 - 1.0).abs() < 1e-3);
+        assert_eq!((&*told.lines[0].name, &*told.lines[1].name), ("f1", "f2"));
+        assert_eq!(told.maxima.len(), MOST_POINTS);
+        assert!((told.amplitude - 1.4e-6).abs() < 1e-8);
+        let determinism = told.recurrence.unwrap().determinism.unwrap();
+        assert!(determinism > 0.85, "{determinism}");
+        // The passages lie on a loop about the point of the first tone alone.
+        assert_eq!(told.section.len(), MOST_POINTS);
+        assert_eq!(told.portrait.displacement.len(), 2000);
+        assert!((told.portrait.bin - 5.0).abs() < 0.01);
+    }
+}

@@ -1,0 +1,343 @@
+//! The settled response of a scene: where the motion goes, and everything that is told of it there.
+//!
+//! A run from the scene's kick, or from a state carried on from another run, until its transient is
+//! over; then a stretch of the settled motion on which everything is measured at once, the Lyapunov
+//! exponents by tangent vectors that go along.
+
+mod measure;
+mod settle;
+
+#[cfg(test)]
+mod tests;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::{AnalysisError, Measures, Regime};
+use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System, Tally};
+use crate::joint::BallJoint;
+use crate::pipeline::{PipelineError, Prepared, prepare_on};
+use crate::scene::Scene;
+
+use super::{StabilityAt, StudyError, stability};
+use measure::Samples;
+pub use measure::{NamedTone, Portrait};
+use settle::Settling;
+
+/// How a response is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResponsePlan {
+    /// The least time before a transient counts as over, s.
+    pub least: f64,
+    /// The longest time waited for that, s.
+    pub most: f64,
+    /// Time over which the settled motion is measured, s.
+    pub measure: f64,
+    /// How many of the largest Lyapunov exponents are followed; 0 for none. No more than there are.
+    pub exponents: usize,
+    /// Whether pieces of the motion are kept to draw from.
+    pub portrait: bool,
+}
+
+impl Default for ResponsePlan {
+    fn default() -> Self {
+        Self {
+            least: 0.05,
+            most: 1.0,
+            measure: 0.2,
+            exponents: 3,
+            portrait: true,
+        }
+    }
+}
+
+/// How a run starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum From<'a> {
+    /// From the scene's own start, with its kick.
+    Cold,
+    /// From the state `[q | dq/dt]` that another run has come to.
+    State(&'a [f64]),
+}
+
+/// A settled response. Lengths are in metres, as everywhere; what an analysis could not tell is
+/// empty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// Time before the measurement began, s.
+    pub transient: f64,
+    /// Whether the transient was over by then.
+    pub settled: bool,
+    /// Half the range of the probe's displacement, m.
+    pub amplitude: f64,
+    /// Root mean square of the probe's velocity, m/s.
+    pub rms_velocity: f64,
+    /// The probe's largest speed, m/s.
+    pub peak_velocity: f64,
+    /// Local maxima of the displacement, m, the newest ones: a column of the bifurcation diagram.
+    pub maxima: Vec<f64>,
+    /// The newest passages through the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` rises
+    /// through zero, m.
+    pub section: Vec<[f64; 2]>,
+    /// Spectral lines, the strongest first.
+    pub lines: Vec<NamedTone>,
+    /// Share of the power between the lines.
+    pub floor_share: f64,
+    /// The exponents; `None` if none were followed.
+    pub exponents: Option<LyapunovSpectrum>,
+    /// Recurrence quantification; `None` where nothing moves.
+    pub recurrence: Option<Measures>,
+    /// Period of the diagonal lines of the recurrence plot, s.
+    pub recurrence_period: Option<f64>,
+    /// Linear modes at steady sliding; `None` for a system that is no joint.
+    pub linear: Option<StabilityAt>,
+    /// Kind of motion.
+    pub regime: Regime,
+    /// How sure that is, 0 to 1.
+    pub confidence: f64,
+    /// Pieces of the motion to draw from, if asked for.
+    pub portrait: Option<Portrait>,
+    /// The state `[q | dq/dt]` at the end, to go on from.
+    pub state: Vec<f64>,
+    /// Work done.
+    pub tally: Tally,
+}
+
+/// What is being done, for a caller who waits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseProgress {
+    /// Time simulated so far, s.
+    pub simulated: f64,
+    /// Time that it will probably take in all, s.
+    pub expected: f64,
+}
+
+/// Is told how far it is, and answers whether to go on.
+pub type Watch<'a> = &'a mut dyn FnMut(ResponseProgress) -> bool;
+
+/// Periods of the slowest mode in a block of energies.
+const BLOCK: f64 = 5.0;
+
+/// Periods of the slowest mode in which the tangent vectors turn to their own directions.
+const ALIGN: f64 = 40.0;
+
+/// A joint whose displacement stays below this is silent, m; the same as the default of
+/// `analysis.regime.silence_um`.
+const SILENCE: f64 = 3e-10;
+
+/// Takes the settled response of a scene. `ball` keeps the joint from one call to the next, so that
+/// the body's modes are computed once only. The tilt is that at the scene's start.
+///
+/// `None` if `watch` says no.
+///
+/// # Errors
+/// If the scene's system cannot be made, or its motion cannot be followed.
+pub fn response(
+    scene: &Scene,
+    from: From<'_>,
+    plan: &ResponsePlan,
+    ball: &mut Option<BallJoint>,
+    watch: Watch<'_>,
+) -> Result<Option<Response>, ResponseError> {
+    let Prepared {
+        system,
+        probe,
+        integrator,
+        mut state,
+    } = prepare_on(scene, ball)?;
+    let linear = match (scene.joint(), &ball) {
+        (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
+        _ => None,
+    };
+    if let From::State(z) = from {
+        // What follows the vibration, such as a work, starts afresh.
+        state.fill(0.0);
+        let common = z.len().min(state.len());
+        state[..common].copy_from_slice(&z[..common]);
+    }
+    let mut run = Run {
+        system: &*system,
+        probe: &probe,
+        rate: scene.sample_rate,
+        integrator,
+        z: state,
+        samples: 0,
+        watch,
+        expected: plan.least + plan.measure,
+    };
+    run.integrator.start(run.system, 0.0, &run.z)?;
+    let Some(settled) = run.settle(plan)? else {
+        return Ok(None);
+    };
+    let transient = run.time();
+    run.expected = transient + plan.measure;
+
+    let width = plan.exponents.min(run.system.tangent_dim());
+    if width > 0 {
+        run.follow(width, scene.start.seed)?;
+    }
+    let Some(samples) = run.measure(plan.measure)? else {
+        return Ok(None);
+    };
+    let exponents = run.integrator.exponents();
+    let silence = match linear {
+        Some(_) => SILENCE,
+        None => 0.0,
+    };
+    let told = samples.tell(scene, silence)?;
+    let m = 2 * run.system.modes();
+    Ok(Some(Response {
+        transient,
+        settled,
+        amplitude: told.amplitude,
+        rms_velocity: told.rms_velocity,
+        peak_velocity: told.peak_velocity,
+        maxima: told.maxima,
+        section: told.section,
+        lines: told.lines,
+        floor_share: told.floor_share,
+        exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
+        recurrence: told.recurrence,
+        recurrence_period: told.recurrence_period,
+        linear,
+        regime: told.regime,
+        confidence: told.confidence,
+        portrait: plan.portrait.then_some(told.portrait),
+        state: run.z[..m.max(run.system.modes())].to_vec(),
+        tally: run.integrator.tally(),
+    }))
+}
+
+/// Why a response cannot be taken.
+#[derive(Debug, thiserror::Error)]
+pub enum ResponseError {
+    /// The scene's system cannot be made.
+    #[error(transparent)]
+    Scene(#[from] PipelineError),
+    /// The linear modes cannot be found.
+    #[error(transparent)]
+    Linear(#[from] StudyError),
+    /// The integration cannot go on.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// An analysis does not take the samples.
+    #[error("the settled motion cannot be analysed")]
+    Analysis(#[from] AnalysisError),
+}
+
+/// A motion on its way.
+struct Run<'a> {
+    system: &'a (dyn System + Send),
+    probe: &'a [f64],
+    /// Samples a second.
+    rate: f64,
+    integrator: Integrator,
+    /// State at the last sample.
+    z: Vec<f64>,
+    samples: u64,
+    watch: Watch<'a>,
+    expected: f64,
+}
+
+impl Run<'_> {
+    /// Time of the last sample, s.
+    fn time(&self) -> f64 {
+        self.samples as f64 / self.rate
+    }
+
+    /// Period of the slowest mode, s.
+    fn period(&self) -> f64 {
+        let slowest = self.system.omega().iter().copied().filter(|w| *w > 0.0);
+        std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(f64::MAX)
+    }
+
+    /// On to the next sample.
+    fn on(&mut self) -> Result<(), DynamicsError> {
+        self.samples += 1;
+        let time = self.time();
+        self.integrator.sample(self.system, time, &mut self.z)
+    }
+
+    /// Displacement (m) and velocity (m/s) of the probe.
+    fn probe(&self) -> [f64; 2] {
+        let (q, rest) = self.z.split_at(self.system.modes());
+        let row = |x: &[f64]| self.probe.iter().zip(x).map(|(a, b)| a * b).sum();
+        [row(q), row(rest)]
+    }
+
+    fn goes_on(&mut self) -> bool {
+        let simulated = self.time();
+        (self.watch)(ResponseProgress {
+            simulated,
+            expected: self.expected.max(simulated),
+        })
+    }
+
+    /// Runs until the transient is over; whether it was. `None` if it was told to stop.
+    fn settle(&mut self, plan: &ResponsePlan) -> Result<Option<bool>, DynamicsError> {
+        let omega = self.system.omega().to_vec();
+        let length = (BLOCK * self.period() * self.rate).round().min(1e9) as usize;
+        let mut settling = Settling::new(omega.len(), length);
+        let mut largest: f64 = 0.0;
+        let mut look = 0;
+        while self.time() < plan.most {
+            self.on()?;
+            largest = largest.max(self.probe()[0].abs());
+            if !settling.push(&self.z, &omega) {
+                continue;
+            }
+            let silent = largest < SILENCE && settling.blocks() > 1;
+            largest = 0.0;
+            if !self.goes_on() {
+                return Ok(None);
+            }
+            // Looking again and again would end at the first chance: each look is a tenth later.
+            if settling.blocks() < look || self.time() < plan.least {
+                continue;
+            }
+            look = settling.blocks() + settling.blocks() / 10 + 1;
+            if settling.is_over() || silent {
+                return Ok(Some(true));
+            }
+            self.expected = 1.1 * self.time() + plan.measure;
+        }
+        Ok(Some(false))
+    }
+
+    /// Lets tangent vectors go along from here on, and find their directions.
+    fn follow(&mut self, width: usize, seed: u64) -> Result<(), DynamicsError> {
+        let time = self.time();
+        self.integrator.land(self.system, time)?;
+        let start = self.integrator.state().to_vec();
+        let mut with = self
+            .integrator
+            .clone()
+            .with_tangents(self.system, width, seed)?;
+        with.start(self.system, time, &start)?;
+        self.integrator = with;
+        let align = (ALIGN * self.period() * self.rate).min(1e9) as u64;
+        for _ in 0..align {
+            self.on()?;
+        }
+        let time = self.time();
+        self.integrator.land(self.system, time)?;
+        self.integrator.forget_growth();
+        Ok(())
+    }
+
+    /// Samples the settled motion for so long (s). `None` if it was told to stop.
+    fn measure(&mut self, time: f64) -> Result<Option<Samples>, DynamicsError> {
+        let count = (time * self.rate).round().max(1.0) as usize;
+        let mut samples = Samples::new(self.rate, count);
+        for k in 0..count {
+            self.on()?;
+            samples.push(self.probe());
+            if k % 4096 == 0 && !self.goes_on() {
+                return Ok(None);
+            }
+        }
+        let time = self.time();
+        self.integrator.land(self.system, time)?;
+        self.z.copy_from_slice(self.integrator.state());
+        Ok(Some(samples))
+    }
+}

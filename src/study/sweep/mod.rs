@@ -1,0 +1,224 @@
+//! Settled responses over a range of one parameter or two: Fig. 11 of the paper, and its like.
+
+mod plan;
+#[cfg(feature = "table")]
+mod row;
+#[cfg(feature = "table")]
+mod table;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+
+use super::response::{From, Response, ResponseError, response};
+use crate::joint::BallJoint;
+use crate::scene::SceneError;
+pub use plan::{Axis, Place, Shard, Start, SweepPlan};
+#[cfg(feature = "table")]
+pub use table::{
+    IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
+};
+
+/// What was found at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepPoint {
+    /// Where it is.
+    pub place: Place,
+    /// The response, or why there is none.
+    pub outcome: Result<Response, String>,
+}
+
+/// How far a sweep is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SweepProgress {
+    /// Points done, those known before included.
+    pub done: usize,
+    /// Points in all.
+    pub all: usize,
+    /// Share of the work done, 0 to 1.
+    pub share: f64,
+}
+
+/// Who is told of what happens, on the caller's own thread.
+pub trait Audience {
+    /// Why it cannot go on.
+    type Error;
+
+    /// Takes a point, as soon as it is there; points come in any order.
+    ///
+    /// # Errors
+    /// Ends the sweep.
+    fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error>;
+
+    /// Is told how far it is, every now and then, and answers whether to go on.
+    fn progress(&mut self, progress: SweepProgress) -> bool;
+}
+
+/// How often the audience is told how far it is.
+const TICK: Duration = Duration::from_millis(50);
+
+/// Takes the response at each point of a shard that is not `known` yet, on so many `threads`
+/// (at least one). The points do not depend on the threads, on the shard, or on what was known.
+/// A point without a response is told as such, and the next one of its chain starts cold.
+///
+/// Whether all points are done: not if the audience said no.
+///
+/// # Errors
+/// What the audience says.
+pub fn sweep<A: Audience>(
+    plan: &SweepPlan,
+    shard: Shard,
+    known: &[SweepPoint],
+    threads: usize,
+    audience: &mut A,
+) -> Result<bool, A::Error> {
+    let chains = plan.chains(shard);
+    let all: usize = chains.iter().map(Vec::len).sum();
+    let known: HashMap<usize, &SweepPoint> = known
+        .iter()
+        .map(|point| (point.place.index, point))
+        .collect();
+    let mut done = chains
+        .iter()
+        .flatten()
+        .filter(|k| known.contains_key(k))
+        .count();
+    let threads = threads.clamp(1, chains.len().max(1));
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let shares: Vec<AtomicU64> = (0..threads).map(|_| AtomicU64::new(0)).collect();
+    let share = |done: usize| {
+        let begun = shares
+            .iter()
+            .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
+        (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
+    };
+    thread::scope(|scope| {
+        let (sender, receiver) = bounded(threads);
+        let workers: Vec<_> = shares
+            .iter()
+            .map(|share| {
+                let worker = Worker {
+                    plan,
+                    chains: &chains,
+                    known: &known,
+                    next: &next,
+                    stop: &stop,
+                    share,
+                    sender: sender.clone(),
+                };
+                scope.spawn(move || worker.run())
+            })
+            .collect();
+        drop(sender);
+        let mut failed = None;
+        loop {
+            match receiver.recv_timeout(TICK) {
+                Ok(point) => {
+                    done += 1;
+                    if let (None, Err(error)) = (&failed, audience.point(point)) {
+                        failed = Some(error);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            let progress = SweepProgress {
+                done,
+                all,
+                share: share(done).min(1.0),
+            };
+            if failed.is_some() || !audience.progress(progress) {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        for worker in workers {
+            if let Err(panic) = worker.join() {
+                resume_unwind(panic);
+            }
+        }
+        match failed {
+            Some(error) => Err(error),
+            None => Ok(done == all),
+        }
+    })
+}
+
+/// One thread of a sweep.
+struct Worker<'a> {
+    plan: &'a SweepPlan,
+    chains: &'a [Vec<usize>],
+    known: &'a HashMap<usize, &'a SweepPoint>,
+    /// The next chain to take.
+    next: &'a AtomicUsize,
+    stop: &'a AtomicBool,
+    /// Share of the point at work that is done, the bits of a number.
+    share: &'a AtomicU64,
+    sender: Sender<SweepPoint>,
+}
+
+impl Worker<'_> {
+    fn run(self) {
+        let mut ball = None;
+        while let Some(chain) = self.chains.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let mut before: Option<Vec<f64>> = None;
+            for &index in chain {
+                if let Some(known) = self.known.get(&index) {
+                    before = known.outcome.as_ref().ok().map(|found| found.state.clone());
+                    continue;
+                }
+                let place = self.plan.place(index);
+                let found = self.respond(&place, before.as_deref(), &mut ball);
+                let outcome = match found {
+                    Ok(Some(found)) => Ok(found),
+                    Ok(None) => return,
+                    // Where it cannot be told, that is what is told.
+                    Err(error) => Err(chain_of_causes(&error)),
+                };
+                before = outcome.as_ref().ok().map(|found| found.state.clone());
+                self.share.store(0, Ordering::Relaxed);
+                if self.sender.send(SweepPoint { place, outcome }).is_err() {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn respond(
+        &self,
+        place: &Place,
+        before: Option<&[f64]>,
+        ball: &mut Option<BallJoint>,
+    ) -> Result<Option<Response>, PointError> {
+        let scene = self.plan.scene_at(place)?;
+        let from = before.map_or(From::Cold, From::State);
+        let found = response(&scene, from, &self.plan.response, ball, &mut |progress| {
+            let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
+            self.share.store(share.to_bits(), Ordering::Relaxed);
+            !self.stop.load(Ordering::Relaxed)
+        })?;
+        Ok(found)
+    }
+}
+
+/// Why there is no response at a point.
+#[derive(Debug, thiserror::Error)]
+enum PointError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+}
+
+/// An error with its causes, on one line.
+fn chain_of_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    let causes: Vec<String> = causes.map(ToString::to_string).collect();
+    causes.join(": ")
+}
