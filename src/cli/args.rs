@@ -1,13 +1,15 @@
 //! The arguments as the user writes them.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args as Arguments, Parser, Subcommand, value_parser};
-use thiserror::Error;
+use clap::{Args as Arguments, Parser, Subcommand, ValueEnum, value_parser};
 
+pub use super::steps::{Steps, StepsError};
 use crate::analysis::Threshold;
 use crate::study::lyapunov::Count;
+use crate::study::sweep::Shard;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
 ///
@@ -31,6 +33,10 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Lyapunov exponents with their errors: rest, cycle, torus, chaos or hyper-chaos.
     Lyapunov(LyapunovArgs),
+    /// What happens as the tilt changes, or any other number of a scene: settled responses.
+    Sweep(SweepArgs),
+    /// Join the tables of the parts of a sweep.
+    Merge(MergeArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
     /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
@@ -98,8 +104,8 @@ pub struct StabilityArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
     pub scene: Option<String>,
     /// Tilts in degrees: one, or from A to B (inclusive) in steps of STEP [default: the tilts at the scene's knots].
-    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
-    pub tilt: Option<TiltSweep>,
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
+    pub tilt: Option<Steps>,
     /// Write the eigenvalues as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -236,93 +242,137 @@ fn threshold(text: &str) -> Result<Threshold, String> {
     })
 }
 
-/// Evenly spaced tilts, both ends included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TiltSweep {
-    from: f64,
-    step: f64,
-    steps: u32,
-}
-
-impl TiltSweep {
-    /// The most steps a sweep may have.
-    const MOST_STEPS: f64 = 10_000.0;
-
-    /// The tilts in degrees, in order.
-    pub fn tilts_deg(&self) -> impl Iterator<Item = f64> {
-        let Self { from, step, steps } = *self;
-        // A multiple of the step each, so that no rounding adds up along the sweep.
-        (0..=steps).map(move |k| from + f64::from(k) * step)
+/// Takes tilts: one, or A:B:STEP, within the range of a tilt.
+fn tilts(text: &str) -> Result<Steps, StepsError> {
+    let steps: Steps = text.parse()?;
+    match steps.values().find(|tilt| tilt.abs() > 90.0) {
+        None => Ok(steps),
+        Some(tilt) => Err(StepsError::TiltOutOfRange(tilt)),
     }
 }
 
-/// Why a text is no [`TiltSweep`].
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum TiltSweepError {
-    /// Neither one number nor three.
-    #[error("write one tilt, or A:B:STEP, such as 0:7:0.5")]
-    Form,
-    /// A part that is not a finite number.
-    #[error("`{0}` is not a number; write A:B:STEP, such as 0:7:0.5")]
-    NotANumber(String),
-    /// A tilt past the horizontal.
-    #[error("a tilt of {0} is out of range; it must be from -90 to 90 degrees")]
-    OutOfRange(f64),
-    /// A step that does not lead from A to B.
-    #[error("a step of {step} does not lead from {from} to {to}; give it the other sign, not 0")]
-    Direction {
-        /// First tilt, degrees.
-        from: f64,
-        /// Last tilt, degrees.
-        to: f64,
-        /// Step, degrees.
-        step: f64,
-    },
-    /// More steps than anyone would read.
-    #[error(
-        "a step of {step} makes more than {} tilts; make it larger",
-        TiltSweep::MOST_STEPS
-    )]
-    TooMany {
-        /// Step, degrees.
-        step: f64,
-    },
+/// Arguments of `squeakscope sweep`.
+#[derive(Debug, Arguments)]
+pub struct SweepArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Tilts of the load in degrees, from A to B (inclusive) in steps of STEP [default: 1:8:0.5, where nothing else is swept].
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
+    pub tilt: Option<Steps>,
+    /// Any number of the scene file, by its path; twice, or beside --tilt, for a map of both.
+    #[arg(long, value_name = "KEY=A:B:STEP")]
+    pub over: Vec<Over>,
+    /// How each point is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour; both is up and down.
+    #[arg(long, value_enum, default_value_t = SweepStart::Both)]
+    pub start: SweepStart,
+    /// Go on with the points that are missing in the table.
+    #[arg(long)]
+    pub resume: bool,
+    /// Do only this part of the points, such as 3/8, for one machine of many; `merge` joins the parts.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// Threads [default: as many as there are cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// The least time before a transient counts as over.
+    #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
+    pub least: f64,
+    /// The longest time to wait for the transient to be over.
+    #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = positive)]
+    pub most: f64,
+    /// Time over which the settled motion is measured.
+    #[arg(long, value_name = "MS", default_value_t = 200.0, value_parser = measured)]
+    pub measure: f64,
+    /// How many of the largest Lyapunov exponents to follow; 0 for none.
+    #[arg(long, value_name = "K", default_value_t = 3)]
+    pub exponents: usize,
+    /// Seed of the random kick, which decides between attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
+    pub seed: Option<u64>,
+    /// Relative tolerance of the integrator, 1e-13 to 0.01.
+    #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Where results go.
+    #[command(flatten)]
+    pub outputs: SweepOutputs,
 }
 
-impl FromStr for TiltSweep {
-    type Err = TiltSweepError;
+/// Arguments of `squeakscope merge`.
+#[derive(Debug, Arguments)]
+pub struct MergeArgs {
+    /// Tables of parts of one sweep.
+    #[arg(required = true)]
+    pub tables: Vec<PathBuf>,
+    /// Where results go.
+    #[command(flatten)]
+    pub outputs: SweepOutputs,
+}
+
+/// Where the results of a sweep go.
+#[derive(Debug, Arguments)]
+pub struct SweepOutputs {
+    /// The table of all results (Arrow), written point by point; a short one (CSV) goes beside it.
+    #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
+    pub out: PathBuf,
+    /// Draw the figures into this directory, as SVG and PNG.
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Write every number as JSON, too; `-` prints it instead of the table.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+}
+
+/// How the points of a sweep are started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SweepStart {
+    /// Each from the scene's kick.
+    Cold,
+    /// Each from its lower neighbour.
+    Up,
+    /// Each from its higher neighbour.
+    Down,
+    /// Up and down.
+    Both,
+    /// Cold, up and down.
+    All,
+}
+
+/// A number of the scene and the values that it takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Over {
+    /// Its path, or its name.
+    pub name: String,
+    /// Its values.
+    pub values: Steps,
+}
+
+impl FromStr for Over {
+    type Err = StepsError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parts = text
-            .split(':')
-            .map(|part| match part.trim().parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(TiltSweepError::NotANumber(part.to_owned())),
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let (from, to, step) = match parts[..] {
-            [tilt] => (tilt, tilt, 1.0),
-            [from, to, step] => (from, to, step),
-            _ => return Err(TiltSweepError::Form),
-        };
-        for tilt in [from, to] {
-            if tilt.abs() > 90.0 {
-                return Err(TiltSweepError::OutOfRange(tilt));
-            }
-        }
-        // A hair more than the quotient, so that 0:0.3:0.1 ends at 0.3 in spite of rounding.
-        let steps = ((to - from) / step + 1e-9).floor();
-        if step == 0.0 || steps < 0.0 {
-            return Err(TiltSweepError::Direction { from, to, step });
-        }
-        if steps >= Self::MOST_STEPS {
-            return Err(TiltSweepError::TooMany { step });
-        }
+        let (name, values) = text.split_once('=').ok_or(StepsError::NoKey)?;
         Ok(Self {
-            from,
-            step,
-            steps: steps as u32,
+            name: name.trim().to_owned(),
+            values: values.parse()?,
         })
+    }
+}
+
+/// Takes the number of a part and how many there are.
+fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/');
+    let parts = parts.and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+    match parts {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+        _ => Err("write I/N, such as 3/8, with I from 1 to N".to_owned()),
+    }
+}
+
+/// Takes a time long enough to tell anything by.
+fn measured(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(time) if time >= 5.0 => Ok(time),
+        _ => Err("write a number of milliseconds from 5".to_owned()),
     }
 }
 
@@ -331,51 +381,35 @@ mod tests {
     use super::*;
     use clap::CommandFactory;
 
-    fn tilts(text: &str) -> Result<Vec<f64>, TiltSweepError> {
-        text.parse::<TiltSweep>()
-            .map(|sweep| sweep.tilts_deg().collect())
-    }
-
     #[test]
     fn the_arguments_are_consistent() {
         Args::command().debug_assert();
     }
 
     #[test]
-    fn sweeps_include_their_end() {
-        assert_eq!(tilts("0:7:3.5"), Ok(vec![0.0, 3.5, 7.0]));
-        assert_eq!(tilts("3"), Ok(vec![3.0]));
-        assert_eq!(tilts("-1:1:2"), Ok(vec![-1.0, 1.0]));
-        assert_eq!(tilts("2:0:-1"), Ok(vec![2.0, 1.0, 0.0]));
-        assert_eq!(tilts("0:1:0.7"), Ok(vec![0.0, 0.7]));
-        assert_eq!(tilts("2:2:0.1"), Ok(vec![2.0]));
-        let tenths = tilts("0:0.3:0.1").expect("a sweep");
-        assert_eq!(tenths.len(), 4);
-        assert!((tenths[3] - 0.3).abs() < 1e-15);
-        assert_eq!(tilts("0:90:0.01").expect("a sweep").len(), 9001);
+    fn tilts_are_at_most_horizontal() {
+        let found: Vec<f64> = tilts("-90:90:45").unwrap().values().collect();
+        assert_eq!(found, [-90.0, -45.0, 0.0, 45.0, 90.0]);
+        assert_eq!(tilts("0:91:1"), Err(StepsError::TiltOutOfRange(91.0)));
     }
 
     #[test]
-    fn bad_sweeps_say_why() {
-        assert_eq!(tilts("0:7"), Err(TiltSweepError::Form));
-        assert_eq!(tilts("0:7:1:1"), Err(TiltSweepError::Form));
-        for text in ["", "a:7:1", "0:nan:1", "0:7:inf", "0::1"] {
-            assert!(
-                matches!(tilts(text), Err(TiltSweepError::NotANumber(_))),
-                "{text}"
-            );
+    fn a_sweep_says_what_it_is_over() {
+        let over: Over = "contact.stiffness_factor=1:3:0.5".parse().unwrap();
+        assert_eq!(over.name, "contact.stiffness_factor");
+        assert_eq!(over.values.values().count(), 5);
+        assert_eq!("1:3:0.5".parse::<Over>(), Err(StepsError::NoKey));
+        assert_eq!(shard("3/8"), Ok(Shard { number: 3, of: 8 }));
+        for text in ["0/8", "9/8", "3", "a/b", "1/0", "-1/2"] {
+            assert!(shard(text).is_err(), "{text}");
         }
-        assert_eq!(tilts("0:91:1"), Err(TiltSweepError::OutOfRange(91.0)));
-        for text in ["0:7:0", "0:7:-1", "7:0:1", "0:0:0"] {
-            assert!(
-                matches!(tilts(text), Err(TiltSweepError::Direction { .. })),
-                "{text}"
-            );
-        }
-        assert!(matches!(
-            tilts("0:90:1e-9"),
-            Err(TiltSweepError::TooMany { .. })
-        ));
+        let parse = |line: &str| Args::try_parse_from(line.split(' '));
+        assert!(
+            parse("squeakscope sweep torus-3deg --tilt 1:8:0.5 --start both --shard 1/2").is_ok()
+        );
+        assert!(parse("squeakscope sweep --start sideways").is_err());
+        assert!(parse("squeakscope sweep --measure 1").is_err());
+        assert!(parse("squeakscope merge").is_err());
     }
 
     #[test]

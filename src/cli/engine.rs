@@ -10,9 +10,10 @@ use super::lyapunov;
 use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
+use super::sweep;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::figure::{lyapunov_figure, signal_figures};
+use crate::figure::{lyapunov_figure, signal_figures, sweep_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
@@ -94,6 +95,20 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
 pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
     follow: |scene, request, watch| Ok(scene_lyapunov(scene, request, watch)?),
     draw: |name, found| Ok(lyapunov_figure(name, found)?.png()?),
+};
+
+/// What `squeakscope sweep` and `squeakscope merge` need.
+pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
+    draw: |plan, points| {
+        let drawn = sweep_figures(plan, points)?.into_iter().map(|figure| {
+            Ok(sweep::Drawn {
+                png: figure.png()?,
+                name: figure.name,
+                svg: figure.svg,
+            })
+        });
+        drawn.collect()
+    },
 };
 
 /// What `squeakscope analyse` needs.

@@ -13,6 +13,7 @@ use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
+use crate::study::sweep::TableError;
 
 /// Any error of a layer below, kept as the source.
 pub(super) type Cause = Box<dyn Error + Send + Sync>;
@@ -41,6 +42,27 @@ pub enum CliError {
     /// A result cannot be written where it should go.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A table of a sweep cannot be read or written, or is not of this sweep.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A table of that name is there already.
+    #[error("`{}` is there already (--out); go on with it by --resume, or give another path", path.display())]
+    WouldReplace {
+        /// The table.
+        path: PathBuf,
+    },
+    /// More parameters are swept than a map has axes.
+    #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
+    TooManyAxes {
+        /// How many.
+        count: usize,
+    },
+    /// One parameter is swept twice.
+    #[error("`{path}` is swept twice; give it once, or another one")]
+    AxisTwice {
+        /// Its path.
+        path: &'static str,
+    },
     /// A fault while running.
     #[error("the {doing} failed")]
     Run {
@@ -59,9 +81,11 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
+            Self::WouldReplace { .. } | Self::TooManyAxes { .. } | Self::AxisTwice { .. } => 2,
+            Self::Table(error) if !matches!(error, TableError::Write { .. }) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
-            Self::Output(_) | Self::Run { .. } => 1,
+            Self::Output(_) | Self::Table(_) | Self::Run { .. } => 1,
             Self::Interrupted => 130,
         }
     }

@@ -9,7 +9,7 @@
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`] and [`signal_report`] say what is in it.
+//! structures of [`report`], [`lyapunov_report`], [`sweep_report`] and [`signal_report`] say what is in it.
 
 mod analyse;
 pub mod args;
@@ -27,6 +27,9 @@ mod run;
 mod scenes;
 pub mod signal_report;
 mod stability;
+mod steps;
+mod sweep;
+pub mod sweep_report;
 
 use std::process::ExitCode;
 
@@ -59,6 +62,8 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Scenes(args)) => scenes::scenes(&args),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
+        Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
+        Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }

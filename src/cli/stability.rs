@@ -20,7 +20,7 @@ pub(super) fn stability(
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     report::print_warnings(&scene.warnings());
     let tilts_deg = match &args.tilt {
-        Some(sweep) => sweep.tilts_deg().collect(),
+        Some(sweep) => sweep.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
     };
     let tilts = tilts_deg.iter().map(|&tilt_deg| {

@@ -117,10 +117,14 @@ fn maxima(x: &Axis, found: &[Found<'_>]) -> Panel {
         }
     }
     let all = found.iter().flat_map(|point| &point.response.maxima);
+    let rests = found.iter().any(|point| point.response.maxima.is_empty());
     Panel {
         title: "local maxima of the displacement".to_owned(),
         x: x.clone(),
-        y: Axis::around("maximum, µm", all.map(|top| 1e6 * top).chain([0.0])),
+        y: Axis::around(
+            "maximum, µm",
+            all.map(|top| 1e6 * top).chain(rests.then_some(0.0)),
+        ),
         marks,
     }
 }
@@ -288,7 +292,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, Fi
     )]];
     if found.iter().any(|point| largest(point.response).is_some()) {
         rows.push(vec![panel(
-            format!("largest Lyapunov exponent: white 0 and below, black {most:.0} 1/s"),
+            format!("largest Lyapunov exponent: pale is 0 and below, black {most:.0} 1/s"),
             picture(&|response| {
                 largest(response).map_or(UNKNOWN, |value| shade(value.max(0.0) / most))
             }),

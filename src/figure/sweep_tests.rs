@@ -101,7 +101,7 @@ fn there_is_a_figure_for_each_start() {
                 "{}",
                 figure.name
             );
-            for word in ["quasi-periodic", "chaotic", "load.tilt_deg, deg"] {
+            for word in ["quasi-periodic", "chaotic", "tilt of the load, deg"] {
                 assert!(figure.svg.contains(word), "{}: {word}", figure.name);
             }
         }

@@ -35,8 +35,11 @@ impl Axis {
         &self.values
     }
 
-    /// The axis in words: path and unit.
+    /// The axis in words: what it is, and its unit.
     pub fn label(&self) -> String {
+        if self.parameter == Parameter::tilt() {
+            return "tilt of the load, deg".to_owned();
+        }
         match self.parameter.unit() {
             "" => self.parameter.path().to_owned(),
             unit => format!("{}, {unit}", self.parameter.path()),

@@ -1,0 +1,331 @@
+//! `squeakscope sweep` and `squeakscope merge`: what happens as a number of the scene changes?
+
+use std::ffi::OsStr;
+use std::io::Write as _;
+use std::num::NonZero;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::args::{MergeArgs, Over, SweepArgs, SweepOutputs, SweepStart};
+use super::error::{Cause, CliError};
+use super::interrupt;
+use super::output::{OutputFile, check_all, check_directory};
+use super::progress::Progress;
+use super::report::{self, FileReport};
+use super::sweep_report::SweepReport;
+use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
+use crate::study::response::ResponsePlan;
+use crate::study::sweep::{
+    Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable, TableError,
+    TableWriter, read_table, sweep, write_csv, write_table,
+};
+
+/// The tilts that are swept if nothing is said, degrees: those of Fig. 11.
+const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
+
+/// What the rest of the crate does for these commands.
+pub(super) struct Tools {
+    /// Draws the figures: names with their SVG and PNG.
+    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
+}
+
+/// A figure, drawn.
+pub(super) struct Drawn {
+    /// Stem of its file name.
+    pub name: String,
+    /// As SVG.
+    pub svg: String,
+    /// As PNG.
+    pub png: Vec<u8>,
+}
+
+/// Runs `squeakscope sweep`.
+///
+/// # Errors
+/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// written.
+pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
+    let stop = interrupt::catch().map_err(|source| CliError::Run {
+        doing: "set-up of Ctrl-C",
+        source,
+    })?;
+    execute(args, &stop, tools)
+}
+
+fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+    let plan = plan(args)?;
+    report::print_warnings(&plan.scene.clone().without_analyses().warnings());
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
+    let known = known(args, &plan, files.table.path())?;
+    let identity = plan.identity();
+    let mut notes = Notes {
+        table: TableWriter::new(files.table.path(), &identity, &known)?,
+        points: known.clone(),
+        progress: Progress::of_estimate(),
+        stop,
+    };
+    let threads = args
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok());
+    let done = sweep(
+        &plan,
+        shard,
+        &known,
+        threads.map_or(1, NonZero::get),
+        &mut notes,
+    )?;
+    let Notes {
+        mut points,
+        table,
+        progress,
+        ..
+    } = notes;
+    // The bar goes before anything else is printed.
+    drop((progress, table));
+    deliver(
+        &plan,
+        &identity,
+        &mut points,
+        &files,
+        &args.outputs,
+        tools,
+        !done,
+    )?;
+    if done {
+        Ok(())
+    } else {
+        Err(CliError::Interrupted)
+    }
+}
+
+/// Runs `squeakscope merge`.
+///
+/// # Errors
+/// Bad input: a table that cannot be read, of another sweep, or that says otherwise of the same point;
+/// a fault while writing.
+pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
+    let mut tables = args.tables.iter().map(|path| Ok((path, read_table(path)?)));
+    let (
+        first,
+        SweepTable {
+            identity, points, ..
+        },
+    ) = match tables.next() {
+        Some(read) => read.map_err(bad_table)?,
+        None => return Ok(()),
+    };
+    let plan = SweepPlan::of_identity(&identity).map_err(|reason| {
+        bad_table(TableError::Foreign {
+            path: first.clone(),
+            reason,
+        })
+    })?;
+    let mut merged: Vec<SweepPoint> = Vec::new();
+    let mut join = |path: &Path, points: Vec<SweepPoint>| {
+        for point in points {
+            let there = merged.iter().find(|other| other.place == point.place);
+            match there {
+                None => merged.push(point),
+                Some(other) if *other == point => {}
+                Some(_) => {
+                    return Err(bad_table(TableError::Foreign {
+                        path: path.to_owned(),
+                        reason: format!(
+                            "its point {} is not what another table says of it",
+                            point.place.index
+                        ),
+                    }));
+                }
+            }
+        }
+        Ok(())
+    };
+    join(first, points)?;
+    for read in tables {
+        let (path, table) = read.map_err(bad_table)?;
+        table.check(&plan, path).map_err(bad_table)?;
+        join(path, table.points)?;
+    }
+    let files = Files::check(None, &args.outputs)?;
+    deliver(
+        &plan,
+        &identity,
+        &mut merged,
+        &files,
+        &args.outputs,
+        tools,
+        false,
+    )
+}
+
+/// A table that is not what it should be is bad input.
+fn bad_table(error: TableError) -> CliError {
+    CliError::Table(error)
+}
+
+/// The files asked for, checked before any work.
+struct Files {
+    table: OutputFile,
+    csv: OutputFile,
+    json: Option<OutputFile>,
+}
+
+impl Files {
+    fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
+        let csv = outputs.out.with_extension("csv");
+        let json = outputs
+            .json
+            .as_deref()
+            .filter(|path| *path != Path::new("-"));
+        if let Some(directory) = &outputs.figures {
+            check_directory(directory, "--figures")?;
+        }
+        let [table, csv, json] = check_all(
+            input,
+            [
+                ("--out", Some(&*outputs.out)),
+                ("--out, short table", Some(&*csv)),
+                ("--json", json),
+            ],
+        )?;
+        match (table, csv) {
+            (Some(table), Some(csv)) => Ok(Self { table, csv, json }),
+            _ => unreachable!("both were asked for"),
+        }
+    }
+}
+
+/// What is done as points come.
+struct Notes<'a> {
+    table: TableWriter,
+    points: Vec<SweepPoint>,
+    progress: Progress,
+    stop: &'a AtomicBool,
+}
+
+impl Audience for Notes<'_> {
+    type Error = TableError;
+
+    fn point(&mut self, point: SweepPoint) -> Result<(), TableError> {
+        self.table.add(&point)?;
+        self.points.push(point);
+        Ok(())
+    }
+
+    fn progress(&mut self, progress: SweepProgress) -> bool {
+        let SweepProgress { done, all, share } = progress;
+        self.progress.tell(share, format!("{done} of {all} points"));
+        !self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Writes the whole tables, draws, records and reports.
+fn deliver(
+    plan: &SweepPlan,
+    identity: &str,
+    points: &mut [SweepPoint],
+    files: &Files,
+    outputs: &SweepOutputs,
+    tools: &Tools,
+    interrupted: bool,
+) -> Result<(), CliError> {
+    let failed = |doing| move |source| CliError::Run { doing, source };
+    write_table(files.table.path(), identity, points)?;
+    write_csv(files.csv.path(), plan, points)?;
+    let mut written = vec![FileReport::of(&files.table)?, FileReport::of(&files.csv)?];
+    if let Some(directory) = &outputs.figures {
+        std::fs::create_dir_all(directory).map_err(|e| failed("drawing")(e.into()))?;
+        for figure in (tools.draw)(plan, points).map_err(failed("drawing"))? {
+            for (ending, content) in [("svg", figure.svg.as_bytes()), ("png", &figure.png)] {
+                let path = directory.join(&figure.name).with_extension(ending);
+                let file = OutputFile::check(&path, "--figures")?;
+                file.write(|out| out.write_all(content))?;
+                written.push(FileReport::of(&file)?);
+            }
+        }
+    }
+    let report = SweepReport::new(plan, points, interrupted, written);
+    if outputs.json.as_deref() == Some(Path::new("-")) {
+        report::print_json(&report)?;
+    } else {
+        report::deliver(&report, files.json.as_ref())?;
+    }
+    Ok(())
+}
+
+/// The points that are known already. A file that is there is only touched by `--resume`.
+fn known(args: &SweepArgs, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+    match (path.exists(), args.resume) {
+        (false, _) => Ok(Vec::new()),
+        (true, false) => Err(CliError::WouldReplace {
+            path: path.to_owned(),
+        }),
+        (true, true) => {
+            let table = read_table(path).map_err(bad_table)?;
+            table.check(plan, path).map_err(bad_table)?;
+            Ok(table.points)
+        }
+    }
+}
+
+/// What is asked for.
+fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
+    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(seed) = args.seed {
+        scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
+    }
+    if let Some(tolerance) = args.tolerance {
+        scene = scene.with_values(&[(Parameter::named("time.tolerance")?, tolerance)])?;
+    }
+    let mut axes = Vec::new();
+    if let Some(tilts) = &args.tilt {
+        axes.push(Axis::new(Parameter::tilt(), tilts.values()));
+    }
+    for Over { name, values } in &args.over {
+        axes.push(Axis::new(Parameter::named(name)?, values.values()));
+    }
+    if axes.is_empty() {
+        let [from, to, step] = TILTS;
+        let count = ((to - from) / step).round() as u32;
+        let tilts = (0..=count).map(|k| from + f64::from(k) * step);
+        axes.push(Axis::new(Parameter::tilt(), tilts));
+    }
+    if axes.len() > 2 {
+        return Err(CliError::TooManyAxes { count: axes.len() });
+    }
+    if let [one, two] = &axes[..]
+        && one.parameter() == two.parameter()
+    {
+        return Err(CliError::AxisTwice {
+            path: one.parameter().path(),
+        });
+    }
+    let plan = SweepPlan {
+        scene,
+        response: ResponsePlan {
+            least: 1e-3 * args.least,
+            most: 1e-3 * args.most,
+            measure: 1e-3 * args.measure,
+            exponents: args.exponents,
+            portrait: axes.len() == 1,
+        },
+        axes,
+        starts: match args.start {
+            SweepStart::Cold => vec![Start::Cold],
+            SweepStart::Up => vec![Start::Up],
+            SweepStart::Down => vec![Start::Down],
+            SweepStart::Both => vec![Start::Up, Start::Down],
+            SweepStart::All => Start::ALL.to_vec(),
+        },
+    };
+    // What is out of range at an end is told now, not at the end of the sweep.
+    for index in [0, plan.len() - 1] {
+        plan.scene_at(&plan.place(index))?;
+    }
+    Ok(plan)
+}
+
+#[cfg(test)]
+#[path = "sweep_tests.rs"]
+mod tests;
