@@ -35,6 +35,8 @@ pub enum Command {
     Lyapunov(LyapunovArgs),
     /// What happens as the tilt changes, or any other number of a scene: settled responses.
     Sweep(SweepArgs),
+    /// Which attractors coexist, and how many of many random kicks lead to each.
+    Basins(BasinsArgs),
     /// Join the tables of the parts of a sweep.
     Merge(MergeArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
@@ -106,6 +108,9 @@ pub struct StabilityArgs {
     /// Tilts in degrees: one, or from A to B (inclusive) in steps of STEP [default: the tilts at the scene's knots].
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
     pub tilt: Option<Steps>,
+    /// Say why each mode grows or dies: what each term of the linearised joint feeds into it, and how it would grow without.
+    #[arg(long)]
+    pub causes: bool,
     /// Write the eigenvalues as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -265,15 +270,51 @@ pub struct SweepArgs {
     /// How each point is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour; both is up and down.
     #[arg(long, value_enum, default_value_t = SweepStart::Both)]
     pub start: SweepStart,
-    /// Go on with the points that are missing in the table.
-    #[arg(long)]
-    pub resume: bool,
-    /// Do only this part of the points, such as 3/8, for one machine of many; `merge` joins the parts.
-    #[arg(long, value_name = "I/N", value_parser = shard)]
-    pub shard: Option<Shard>,
-    /// Threads [default: as many as there are cores].
-    #[arg(long, value_name = "N")]
-    pub threads: Option<NonZero<usize>>,
+    /// Seed of the random kick, which decides between attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
+    pub seed: Option<u64>,
+    /// How responses are taken.
+    #[command(flatten)]
+    pub response: ResponseArgs,
+    /// How the work is done.
+    #[command(flatten)]
+    pub work: WorkArgs,
+    /// Where results go.
+    #[command(flatten)]
+    pub outputs: SweepOutputs,
+}
+
+/// Arguments of `squeakscope basins`.
+#[derive(Debug, Arguments)]
+pub struct BasinsArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Keep the tilt of the load constant at this angle, -90 to 90 degrees [default: the scene's tilt at its start].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub tilt: Option<f64>,
+    /// How many random kicks.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = value_parser!(u32).range(1..=100_000))]
+    pub kicks: u32,
+    /// Standard deviation of the modal velocities of a kick, 0 to 1000 sqrt(kg) mm/s [default: the scene's].
+    #[arg(long, value_name = "MM_PER_S", allow_negative_numbers = true)]
+    pub kick: Option<f64>,
+    /// Seed of the first kick; the others have the next ones.
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = value_parser!(u64).range(..=1 << 50))]
+    pub seed: u64,
+    /// How responses are taken.
+    #[command(flatten)]
+    pub response: ResponseArgs,
+    /// How the work is done.
+    #[command(flatten)]
+    pub work: WorkArgs,
+    /// Where results go.
+    #[command(flatten)]
+    pub outputs: SweepOutputs,
+}
+
+/// How the responses of a sweep are taken.
+#[derive(Clone, Copy, Debug, Arguments)]
+pub struct ResponseArgs {
     /// The least time before a transient counts as over.
     #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
     pub least: f64,
@@ -286,15 +327,23 @@ pub struct SweepArgs {
     /// How many of the largest Lyapunov exponents to follow; 0 for none.
     #[arg(long, value_name = "K", default_value_t = 3)]
     pub exponents: usize,
-    /// Seed of the random kick, which decides between attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
-    pub seed: Option<u64>,
-    /// Relative tolerance of the integrator, 1e-13 to 0.01.
+    /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Where results go.
-    #[command(flatten)]
-    pub outputs: SweepOutputs,
+}
+
+/// How the points of a sweep are worked through.
+#[derive(Clone, Copy, Debug, Default, Arguments)]
+pub struct WorkArgs {
+    /// Go on with the points that are missing in the table.
+    #[arg(long)]
+    pub resume: bool,
+    /// Do only this part of the points, such as 3/8, for one machine of many; `merge` joins the parts.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// Threads [default: as many as there are cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
 }
 
 /// Arguments of `squeakscope merge`.

@@ -8,12 +8,12 @@ use super::analyse::{FigureFile, Play, Tools};
 use super::error::{Cause, CliError};
 use super::lyapunov;
 use super::model::ModelFile;
-use super::report::ModeReport;
+use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::figure::{lyapunov_figure, signal_figures, sweep_figures};
+use crate::figure::{Figure, basins_figure, lyapunov_figure, signal_figures, sweep_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
@@ -21,8 +21,10 @@ use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
+use crate::study::basins::Attractor;
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
+use crate::study::sweep::SweepPoint;
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
@@ -56,24 +58,45 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     )?)
 }
 
-/// The modes at steady sliding at each of the tilts (rad), by frequency.
-pub(super) fn stability(scene: &Scene, tilts: &[f64]) -> Result<Vec<Vec<ModeReport>>, Cause> {
+/// The modes at steady sliding at each of the tilts (rad), by frequency, with their causes if asked
+/// for.
+pub(super) fn stability(
+    scene: &Scene,
+    tilts: &[f64],
+    causes: bool,
+) -> Result<Vec<Vec<ModeReport>>, Cause> {
     let ball = BallJoint::new(&scene.joint()?.spec)?;
     let found = study::stability(&ball, tilts)?;
-    Ok(found
-        .into_iter()
-        .map(|at| {
-            let modes = at.modes.into_iter();
-            modes
-                .map(|mode| ModeReport {
-                    frequency_hz: mode.frequency_hz,
-                    growth_per_s: mode.growth,
-                    unstable: mode.unstable,
-                    label: mode.label,
-                })
-                .collect()
-        })
-        .collect())
+    let explained = match causes {
+        true => study::growth_causes(&ball, tilts)?,
+        false => vec![Vec::new(); tilts.len()],
+    };
+    let reports = found.into_iter().zip(explained).map(|(at, explained)| {
+        // Both lists are by frequency; what does not oscillate has no causes.
+        let mut explained = explained.into_iter();
+        let modes = at.modes.into_iter().map(|mode| {
+            let why = match mode.frequency_hz > 0.0 {
+                true => explained.next(),
+                false => None,
+            };
+            let causes = why.into_iter().flat_map(|mode| mode.causes);
+            ModeReport {
+                frequency_hz: mode.frequency_hz,
+                growth_per_s: mode.growth,
+                unstable: mode.unstable,
+                label: mode.label,
+                causes: causes
+                    .map(|cause| CauseReport {
+                        cause: cause.cause.name(),
+                        share_per_s: cause.share,
+                        without_per_s: cause.without,
+                    })
+                    .collect(),
+            }
+        });
+        modes.collect()
+    });
+    Ok(reports.collect())
 }
 
 /// The model of a scene at its start.
@@ -100,16 +123,30 @@ pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
 /// What `squeakscope sweep` and `squeakscope merge` need.
 pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
     draw: |plan, points| {
-        let drawn = sweep_figures(plan, points)?.into_iter().map(|figure| {
-            Ok(sweep::Drawn {
-                png: figure.png()?,
-                name: figure.name,
-                svg: figure.svg,
-            })
-        });
-        drawn.collect()
+        sweep_figures(plan, points)?
+            .into_iter()
+            .map(drawn)
+            .collect()
     },
 };
+
+/// Draws what `squeakscope basins` has found.
+pub(super) fn draw_basins(
+    title: &str,
+    points: &[SweepPoint],
+    found: &[Attractor],
+) -> Result<sweep::Drawn, Cause> {
+    drawn(basins_figure(title, points, found)?)
+}
+
+/// A figure with its PNG.
+fn drawn(figure: Figure) -> Result<sweep::Drawn, Cause> {
+    Ok(sweep::Drawn {
+        png: figure.png()?,
+        name: figure.name,
+        svg: figure.svg,
+    })
+}
 
 /// What `squeakscope analyse` needs.
 pub(super) const LABORATORY: Tools = Tools { read, draw, play };

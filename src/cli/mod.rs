@@ -9,10 +9,12 @@
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`], [`sweep_report`] and [`signal_report`] say what is in it.
+//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`] and
+//! [`signal_report`] say what is in it.
 
 mod analyse;
 pub mod args;
+pub mod basins;
 mod engine;
 mod error;
 pub mod flow_report;
@@ -63,6 +65,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
         Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
+        Some(Command::Basins(args)) => basins::basins(&args, engine::draw_basins),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),

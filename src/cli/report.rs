@@ -324,6 +324,20 @@ pub struct ModeReport {
     pub label: String,
     /// Whether it grows.
     pub unstable: bool,
+    /// Why, where that was asked for; none of a mode that does not oscillate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub causes: Vec<CauseReport>,
+}
+
+/// What one term of the linearised joint does to a mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CauseReport {
+    /// The term, such as `negative slope`.
+    pub cause: &'static str,
+    /// Its share of the growth rate, 1/s; all of them add up to it.
+    pub share_per_s: f64,
+    /// The growth rate without the term, 1/s.
+    pub without_per_s: f64,
 }
 
 impl Report for StabilityReport {
@@ -343,11 +357,39 @@ impl Report for StabilityReport {
                 tilt.tilt_deg,
                 tilt.modes.len()
             );
-            let _ = writeln!(text, "  {:>12}  {:>12}  mode", "frequency Hz", "growth 1/s");
+            let causes = tilt.modes.iter().find(|mode| !mode.causes.is_empty());
+            let causes = causes.map_or(&[][..], |mode| &mode.causes);
+            let heads = causes
+                .iter()
+                .map(|cause| format!("  {:>CAUSE$}", cause.cause));
+            let _ = writeln!(
+                text,
+                "  {:>12}  {:>12}{}  mode",
+                "frequency Hz",
+                "growth 1/s",
+                heads.collect::<String>()
+            );
             for mode in &tilt.modes {
+                // Zero has no sign to a reader.
+                let shares = mode.causes.iter().map(|cause| {
+                    let both = format!(
+                        "{:.1} ({:.1})",
+                        cause.share_per_s + 0.0,
+                        cause.without_per_s + 0.0
+                    );
+                    format!("  {both:>CAUSE$}")
+                });
+                let blank = if mode.causes.is_empty() {
+                    " ".repeat((CAUSE + 2) * causes.len())
+                } else {
+                    String::new()
+                };
                 let row = format!(
-                    "  {:>12.1}  {:>12.2}  {:width$}",
-                    mode.frequency_hz, mode.growth_per_s, mode.label
+                    "  {:>12.1}  {:>12.2}{}{blank}  {:width$}",
+                    mode.frequency_hz,
+                    mode.growth_per_s,
+                    shares.collect::<String>(),
+                    mode.label
                 );
                 let _ = if mode.unstable {
                     writeln!(text, "{row}  {BAD}unstable{BAD:#}")
@@ -355,11 +397,20 @@ impl Report for StabilityReport {
                     writeln!(text, "{}", row.trim_end())
                 };
             }
+            if !causes.is_empty() {
+                text.push_str(
+                    "  each cause with its share of the growth rate, and in brackets what the rate would be \
+                     without it\n",
+                );
+            }
             text.push('\n');
         }
         text
     }
 }
+
+/// Width of a column of causes.
+const CAUSE: usize = 18;
 
 /// Result of `squeakscope model`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -470,12 +521,14 @@ mod tests {
                         growth_per_s: 766.6,
                         label: "1st bending x".to_owned(),
                         unstable: true,
+                        causes: Vec::new(),
                     },
                     ModeReport {
                         frequency_hz: 4501.0,
                         growth_per_s: -0.25,
                         label: "1st torsion".to_owned(),
                         unstable: false,
+                        causes: Vec::new(),
                     },
                 ],
             }],

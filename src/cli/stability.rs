@@ -9,13 +9,14 @@ use super::report::{self, ModeReport, StabilityReport, TiltReport};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene, SceneError, Schedule};
 
-/// Runs the command; `analyse` gives the modes of a scene's joint at each of the tilts (rad).
+/// Runs the command; `analyse` gives the modes of a scene's joint at each of the tilts (rad), with their
+/// causes or without.
 ///
 /// # Errors
 /// Bad input before any work; a fault of the analysis.
 pub(super) fn stability(
     args: &StabilityArgs,
-    analyse: impl FnOnce(&Scene, &[f64]) -> Result<Vec<Vec<ModeReport>>, Cause>,
+    analyse: impl FnOnce(&Scene, &[f64], bool) -> Result<Vec<Vec<ModeReport>>, Cause>,
 ) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     report::print_warnings(&scene.warnings());
@@ -32,7 +33,7 @@ pub(super) fn stability(
         args.scene.as_deref().map(OsStr::new),
         [("--json", args.json.as_deref())],
     )?;
-    let modes = analyse(&scene, &tilts).map_err(|source| CliError::Run {
+    let modes = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
         doing: "stability analysis",
         source,
     })?;
@@ -71,15 +72,17 @@ mod tests {
         let args = StabilityArgs {
             scene: Some("periodic-2deg".to_owned()),
             tilt: Some("0:7:3.5".parse().expect("a sweep")),
+            causes: false,
             json: Some(json.clone()),
         };
-        let frequency_tells_tilt = |_: &Scene, tilts: &[f64]| -> Result<_, Cause> {
+        let frequency_tells_tilt = |_: &Scene, tilts: &[f64], _: bool| -> Result<_, Cause> {
             let modes = tilts.iter().map(|tilt| {
                 vec![ModeReport {
                     frequency_hz: tilt.to_degrees().round(),
                     growth_per_s: 1.0,
                     label: "1st bending x".to_owned(),
                     unstable: true,
+                    causes: Vec::new(),
                 }]
             });
             Ok(modes.collect())

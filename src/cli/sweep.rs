@@ -6,12 +6,12 @@ use std::num::NonZero;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::args::{MergeArgs, Over, SweepArgs, SweepOutputs, SweepStart};
+use super::args::{MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs};
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report::{self, FileReport};
+use super::report::{self, FileReport, Report};
 use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::response::ResponsePlan;
@@ -55,34 +55,9 @@ pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
 fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
-    let known = known(args, &plan, files.table.path())?;
+    let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
-    let mut notes = Notes {
-        table: TableWriter::new(files.table.path(), &identity, &known)?,
-        points: known.clone(),
-        progress: Progress::of_estimate(),
-        stop,
-    };
-    let threads = args
-        .threads
-        .or_else(|| std::thread::available_parallelism().ok());
-    let done = sweep(
-        &plan,
-        shard,
-        &known,
-        threads.map_or(1, NonZero::get),
-        &mut notes,
-    )?;
-    let Notes {
-        mut points,
-        table,
-        progress,
-        ..
-    } = notes;
-    // The bar goes before anything else is printed.
-    drop((progress, table));
     deliver(
         &plan,
         &identity,
@@ -97,6 +72,35 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     } else {
         Err(CliError::Interrupted)
     }
+}
+
+/// Takes the responses that are not in the table yet, and adds them to it. All points known, and
+/// whether they are all that there should be.
+pub(super) fn work_through(
+    plan: &SweepPlan,
+    work: &WorkArgs,
+    files: &Files,
+    stop: &AtomicBool,
+) -> Result<(Vec<SweepPoint>, bool), CliError> {
+    let known = known(work.resume, plan, files.table.path())?;
+    let mut notes = Notes {
+        table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
+        points: known.clone(),
+        progress: Progress::of_estimate(),
+        stop,
+    };
+    let shard = work.shard.unwrap_or(Shard::WHOLE);
+    let threads = work
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok());
+    let done = sweep(
+        plan,
+        shard,
+        &known,
+        threads.map_or(1, NonZero::get),
+        &mut notes,
+    )?;
+    Ok((notes.points, done))
 }
 
 /// Runs `squeakscope merge`.
@@ -165,14 +169,14 @@ fn bad_table(error: TableError) -> CliError {
 }
 
 /// The files asked for, checked before any work.
-struct Files {
+pub(super) struct Files {
     table: OutputFile,
     csv: OutputFile,
     json: Option<OutputFile>,
 }
 
 impl Files {
-    fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
+    pub fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
         let csv = outputs.out.with_extension("csv");
         let json = outputs
             .json
@@ -220,7 +224,7 @@ impl Audience for Notes<'_> {
     }
 }
 
-/// Writes the whole tables, draws, records and reports.
+/// Writes the whole tables, draws, and reports.
 fn deliver(
     plan: &SweepPlan,
     identity: &str,
@@ -230,33 +234,72 @@ fn deliver(
     tools: &Tools,
     interrupted: bool,
 ) -> Result<(), CliError> {
-    let failed = |doing| move |source| CliError::Run { doing, source };
-    write_table(files.table.path(), identity, points)?;
-    write_csv(files.csv.path(), plan, points)?;
-    let mut written = vec![FileReport::of(&files.table)?, FileReport::of(&files.csv)?];
+    let mut written = write_tables(plan, identity, points, files)?;
     if let Some(directory) = &outputs.figures {
-        std::fs::create_dir_all(directory).map_err(|e| failed("drawing")(e.into()))?;
-        for figure in (tools.draw)(plan, points).map_err(failed("drawing"))? {
-            for (ending, content) in [("svg", figure.svg.as_bytes()), ("png", &figure.png)] {
-                let path = directory.join(&figure.name).with_extension(ending);
-                let file = OutputFile::check(&path, "--figures")?;
-                file.write(|out| out.write_all(content))?;
-                written.push(FileReport::of(&file)?);
-            }
-        }
+        let drawn = (tools.draw)(plan, points);
+        let drawn = drawn.map_err(|source| CliError::Run {
+            doing: "drawing",
+            source,
+        })?;
+        written.extend(write_figures(directory, &drawn)?);
     }
     let report = SweepReport::new(plan, points, interrupted, written);
+    tell(&report, outputs, files)
+}
+
+/// Shows a report, or prints it as JSON, as asked for.
+pub(super) fn tell(
+    report: &impl Report,
+    outputs: &SweepOutputs,
+    files: &Files,
+) -> Result<(), CliError> {
     if outputs.json.as_deref() == Some(Path::new("-")) {
-        report::print_json(&report)?;
+        report::print_json(report)?;
     } else {
-        report::deliver(&report, files.json.as_ref())?;
+        report::deliver(report, files.json.as_ref())?;
     }
     Ok(())
 }
 
+/// Writes the points in their order, and the short table beside them.
+pub(super) fn write_tables(
+    plan: &SweepPlan,
+    identity: &str,
+    points: &mut [SweepPoint],
+    files: &Files,
+) -> Result<Vec<FileReport>, CliError> {
+    write_table(files.table.path(), identity, points)?;
+    write_csv(files.csv.path(), plan, points)?;
+    Ok(vec![
+        FileReport::of(&files.table)?,
+        FileReport::of(&files.csv)?,
+    ])
+}
+
+/// Writes figures into a directory, which is made if it is not there.
+pub(super) fn write_figures(
+    directory: &Path,
+    figures: &[Drawn],
+) -> Result<Vec<FileReport>, CliError> {
+    std::fs::create_dir_all(directory).map_err(|source| CliError::Run {
+        doing: "drawing",
+        source: source.into(),
+    })?;
+    let mut written = Vec::new();
+    for figure in figures {
+        for (ending, content) in [("svg", figure.svg.as_bytes()), ("png", &figure.png)] {
+            let path = directory.join(&figure.name).with_extension(ending);
+            let file = OutputFile::check(&path, "--figures")?;
+            file.write(|out| out.write_all(content))?;
+            written.push(FileReport::of(&file)?);
+        }
+    }
+    Ok(written)
+}
+
 /// The points that are known already. A file that is there is only touched by `--resume`.
-fn known(args: &SweepArgs, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
-    match (path.exists(), args.resume) {
+fn known(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+    match (path.exists(), resume) {
         (false, _) => Ok(Vec::new()),
         (true, false) => Err(CliError::WouldReplace {
             path: path.to_owned(),
@@ -272,11 +315,14 @@ fn known(args: &SweepArgs, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoi
 /// What is asked for.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(seed) = args.seed {
-        scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
-    }
-    if let Some(tolerance) = args.tolerance {
-        scene = scene.with_values(&[(Parameter::named("time.tolerance")?, tolerance)])?;
+    let seed = args.seed.map(|seed| seed as f64);
+    for (name, value) in [
+        ("start.seed", seed),
+        ("time.tolerance", args.response.tolerance),
+    ] {
+        if let Some(value) = value {
+            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
+        }
     }
     let mut axes = Vec::new();
     if let Some(tilts) = &args.tilt {
@@ -303,13 +349,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     }
     let plan = SweepPlan {
         scene,
-        response: ResponsePlan {
-            least: 1e-3 * args.least,
-            most: 1e-3 * args.most,
-            measure: 1e-3 * args.measure,
-            exponents: args.exponents,
-            portrait: axes.len() == 1,
-        },
+        response: response_plan(&args.response, axes.len() == 1),
         axes,
         starts: match args.start {
             SweepStart::Cold => vec![Start::Cold],
@@ -324,6 +364,17 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         plan.scene_at(&plan.place(index))?;
     }
     Ok(plan)
+}
+
+/// How responses are taken.
+pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan {
+    ResponsePlan {
+        least: 1e-3 * args.least,
+        most: 1e-3 * args.most,
+        measure: 1e-3 * args.measure,
+        exponents: args.exponents,
+        portrait,
+    }
 }
 
 #[cfg(test)]

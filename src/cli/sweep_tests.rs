@@ -46,15 +46,18 @@ impl Desk {
             tilt: Some(steps("1:2:0.5")),
             over: Vec::new(),
             start: SweepStart::Both,
-            resume: false,
-            shard: None,
-            threads: NonZero::new(2),
-            least: 20.0,
-            most: 20.0,
-            measure: 10.0,
-            exponents: 1,
             seed: Some(3),
-            tolerance: Some(1e-4),
+            response: ResponseArgs {
+                least: 20.0,
+                most: 20.0,
+                measure: 10.0,
+                exponents: 1,
+                tolerance: Some(1e-4),
+            },
+            work: WorkArgs {
+                threads: NonZero::new(2),
+                ..WorkArgs::default()
+            },
             outputs: self.outputs(name),
         }
     }
@@ -96,11 +99,11 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
     assert_eq!(refused.exit_code(), 2);
     assert!(refused.to_string().contains("--resume"), "{refused}");
     let before = std::fs::read(desk.path("a.arrow")).unwrap();
-    args.resume = true;
+    args.work.resume = true;
     execute(&args, &no_stop(), &TOOLS).unwrap();
     assert_eq!(std::fs::read(desk.path("a.arrow")).unwrap(), before);
     // Nor is it mixed with another sweep.
-    args.measure = 11.0;
+    args.response.measure = 11.0;
     let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     assert!(refused.to_string().contains("another sweep"), "{refused}");
@@ -115,7 +118,7 @@ fn an_interrupted_sweep_goes_on_to_the_same_table() {
     let ended = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     assert_eq!(desk.json("part.json")["interrupted"], true);
-    args.resume = true;
+    args.work.resume = true;
     execute(&args, &no_stop(), &TOOLS).unwrap();
     assert_eq!(
         std::fs::read(desk.path("whole.arrow")).unwrap(),
@@ -129,7 +132,7 @@ fn shards_merge_to_the_whole() {
     execute(&desk.args("whole.arrow"), &no_stop(), &TOOLS).unwrap();
     for number in 1..=2 {
         let mut args = desk.args(&format!("part-{number}.arrow"));
-        args.shard = Some(Shard { number, of: 2 });
+        args.work.shard = Some(Shard { number, of: 2 });
         execute(&args, &no_stop(), &TOOLS).unwrap();
         assert_eq!(desk.json(&format!("part-{number}.json"))["points_known"], 3);
     }

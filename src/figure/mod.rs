@@ -7,6 +7,7 @@
 //! The SVG is the figure; the PNG is that SVG, drawn at twice its size. Both come out the same,
 //! byte for byte, on every machine: no font and no library of the system is asked.
 
+mod basins;
 mod draw;
 mod error;
 mod lyapunov;
@@ -19,6 +20,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use basins::basins_figure;
 pub use error::FigureError;
 pub use lyapunov::lyapunov_figure;
 pub use panel::{Axis, Mark, Panel, Scale};

@@ -1,6 +1,7 @@
 //! The physics of the ball joint, Eq. (1) to (8).
 
 mod assembly;
+mod causes;
 mod contact;
 mod differentiable;
 mod energy;
@@ -25,6 +26,7 @@ mod vector;
 mod tests;
 
 pub use assembly::{AssemblyError, BallJoint, PUBLISHED};
+pub use causes::{Cause, CauseOfGrowth, ExplainedMode};
 pub use contact::NodeAction;
 pub use energy::{Energy, Power};
 pub use equilibrium::Equilibrium;

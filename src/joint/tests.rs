@@ -24,7 +24,7 @@ const STRIBECK: Friction = Friction::Stribeck {
 };
 
 /// Nodes scattered on a sphere, random shapes; no symmetry that could hide an error.
-fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model {
+pub(super) fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
     let radius = 15.875e-3;

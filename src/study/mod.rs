@@ -1,9 +1,10 @@
 //! Many answers from one scene.
 
+pub mod basins;
 pub mod lyapunov;
 pub mod response;
 pub mod signal;
 mod stability;
 pub mod sweep;
 
-pub use stability::{StabilityAt, StabilityMode, StudyError, stability};
+pub use stability::{StabilityAt, StabilityMode, StudyError, growth_causes, stability};

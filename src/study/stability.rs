@@ -1,6 +1,6 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
-use crate::joint::{AssemblyError, BallJoint, LinearMode, StabilityError};
+use crate::joint::{AssemblyError, BallJoint, ExplainedMode, LinearMode, StabilityError};
 
 /// Why a study failed.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +66,25 @@ pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, St
             Ok(StabilityAt { tilt, modes })
         })
         .collect()
+}
+
+/// The oscillating modes at each of some tilts (rad) with the causes of their growth, by ascending
+/// frequency.
+///
+/// # Errors
+/// As [`stability`].
+pub fn growth_causes(
+    ball: &BallJoint,
+    tilts: &[f64],
+) -> Result<Vec<Vec<ExplainedMode>>, StudyError> {
+    let explained = tilts.iter().map(|&tilt| {
+        let modes = ball.model(tilt)?.explained_modes();
+        modes.map_err(|source| StudyError::Eigenvalues {
+            tilt_deg: tilt.to_degrees(),
+            source,
+        })
+    });
+    explained.collect()
 }
 
 fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {

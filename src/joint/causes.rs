@@ -1,0 +1,400 @@
+//! Why a mode of steady sliding grows: its growth rate split by the terms of the linearised Eq. (8).
+//!
+//! With `F` the force on node `n` of area `dA`, slip velocity `V = V t`, outward normal `e`, and the
+//! perturbation `u = Phi q`, Eq. (8) linearised at steady sliding is `q'' + C q' + (W^2 + K) q = 0`:
+//!
+//! | term | is | does |
+//! |---|---|---|
+//! | slope | `C += p dmu/dV dA Phi^T t t^T Phi` | feeds where friction falls with speed |
+//! | direction | `C += p (mu / V) dA Phi^T (1 - t t^T) Phi` | damps motion across the sliding direction |
+//! | structure | `C += 2 zeta omega` | damps |
+//! | contact | `K += k dA Phi^T e e^T Phi` | stores |
+//! | coupling | `K += k mu dA Phi^T t e^T Phi` | feeds or damps: the friction force follows the normal one, not symmetric |
+//!
+//! Two splits of a growth rate are given. The *share* of a term is the power that it feeds into the
+//! mode over twice the mode's energy: from `v* (lambda^2 + lambda C + W^2 + K) v = 0`, whose
+//! imaginary part over `2 omega v*v` is `growth = sum of shares`, exactly. What the growth would be
+//! *without* a term says what that term really does, since without it the mode has another shape;
+//! the mode is followed while the term fades away.
+
+use faer::{Mat, c64};
+
+use super::vector::{dot, unit};
+use super::{Friction, FrictionLaw, Model, StabilityError};
+
+/// The terms that can feed or damp a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The slope of the friction law at the sliding speed, along the sliding direction.
+    Slope,
+    /// The turning of the friction force with the slip velocity: damping across that direction.
+    Direction,
+    /// The friction force follows the normal force: mode coupling.
+    Coupling,
+    /// The body's own modal damping.
+    Structure,
+}
+
+impl Cause {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Slope,
+        Self::Coupling,
+        Self::Direction,
+        Self::Structure,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slope => "negative slope",
+            Self::Coupling => "mode coupling",
+            Self::Direction => "friction damping",
+            Self::Structure => "structural damping",
+        }
+    }
+}
+
+/// What one term does to a mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CauseOfGrowth {
+    /// The term.
+    pub cause: Cause,
+    /// Its share of the growth rate, 1/s; all shares add up to the growth rate.
+    pub share: f64,
+    /// The growth rate that the mode would have without the term, 1/s.
+    pub without: f64,
+}
+
+/// A mode with the causes of its growth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExplainedMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Growth rate, 1/s.
+    pub growth: f64,
+    /// What each term does, in the order of [`Cause::ALL`].
+    pub causes: Vec<CauseOfGrowth>,
+}
+
+/// Steps in which a term fades away while its mode is followed.
+const FADING: usize = 8;
+
+/// The linearised equation, term by term.
+struct Terms {
+    modes: usize,
+    /// `W^2` and the contact's stiffness.
+    stiffness: Mat<f64>,
+    /// In the order of [`Cause::ALL`]; coupling is a stiffness, the others damp.
+    terms: [Mat<f64>; Cause::ALL.len()],
+}
+
+/// An eigenvalue with its mode shape.
+struct Root {
+    value: c64,
+    shape: Vec<c64>,
+}
+
+impl Model {
+    /// The oscillating modes of steady sliding with the causes of their growth, by ascending
+    /// frequency. Overdamped modes, which do not oscillate, are left out.
+    ///
+    /// # Errors
+    /// If an eigenvalue iteration does not converge.
+    pub fn explained_modes(&self) -> Result<Vec<ExplainedMode>, StabilityError> {
+        let terms = Terms::of(self);
+        let mut all = terms.roots(None)?;
+        all.sort_by(|a, b| {
+            let by_frequency = a.value.im.total_cmp(&b.value.im);
+            by_frequency.then(a.value.re.total_cmp(&b.value.re))
+        });
+        let modes = all.into_iter().map(|root| {
+            let causes = Cause::ALL.into_iter().enumerate().map(|(k, cause)| {
+                Ok(CauseOfGrowth {
+                    cause,
+                    share: terms.share(k, &root),
+                    without: terms.without(k, &root)?,
+                })
+            });
+            Ok(ExplainedMode {
+                frequency_hz: root.value.im / std::f64::consts::TAU,
+                growth: root.value.re,
+                causes: causes.collect::<Result<_, _>>()?,
+            })
+        });
+        modes.collect()
+    }
+}
+
+impl Terms {
+    fn of(model: &Model) -> Self {
+        let m = model.modes();
+        let mut stiffness = Mat::zeros(m, m);
+        let mut terms: [Mat<f64>; Cause::ALL.len()] = std::array::from_fn(|_| Mat::zeros(m, m));
+        for i in 0..m {
+            stiffness[(i, i)] = model.omega[i].powi(2);
+            if let Some(ratio) = model.damping.get(i) {
+                terms[3][(i, i)] = 2.0 * ratio * model.omega[i];
+            }
+        }
+        let mut along = vec![0.0; m];
+        let mut outward = vec![0.0; m];
+        for k in 0..model.nodes() {
+            let (area, normal, shapes) = (model.areas[k], model.normals[k], model.shapes_at(k));
+            let contact = model.stiffness[k] * area;
+            for (outward, shape) in outward.iter_mut().zip(shapes) {
+                *outward = dot(*shape, normal);
+            }
+            add(&mut stiffness, contact, &outward, &outward);
+            let Friction::Stribeck { law, radial } = model.friction else {
+                continue;
+            };
+            let velocity = model.sliding_velocity[k];
+            let speed = dot(velocity, velocity).sqrt();
+            let Some(direction) = unit(velocity) else {
+                continue;
+            };
+            for (along, shape) in along.iter_mut().zip(shapes) {
+                *along = dot(*shape, direction);
+            }
+            let ratio = law.ratio(speed);
+            let load = model.pre_stress[k] * area;
+            // mu = V ratio, so that dmu/dV = ratio + V dratio/dV.
+            add(
+                &mut terms[0],
+                load * (ratio.value + speed * ratio.slope),
+                &along,
+                &along,
+            );
+            add(
+                &mut terms[1],
+                contact * ratio.value * speed,
+                &along,
+                &outward,
+            );
+            // What is neither along the sliding direction nor, where that is projected out, radial.
+            let projected = if radial { 0.0 } else { 1.0 };
+            for axis in 0..3 {
+                let rest: Vec<f64> = (0..m)
+                    .map(|i| {
+                        shapes[i][axis]
+                            - along[i] * direction[axis]
+                            - projected * outward[i] * normal[axis]
+                    })
+                    .collect();
+                add(&mut terms[2], load * ratio.value, &rest, &rest);
+            }
+        }
+        Self {
+            modes: m,
+            stiffness,
+            terms,
+        }
+    }
+
+    /// The oscillating roots, `omega > 0`, with one term faded to a share of itself if so wanted.
+    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, StabilityError> {
+        let m = self.modes;
+        let weight = |term: usize| match faded {
+            Some((which, share)) if which == term => share,
+            _ => 1.0,
+        };
+        // Scaled to [omega q | dq/dt], so that both halves are of one size.
+        let scale: Vec<f64> = (0..m).map(|i| self.stiffness[(i, i)].sqrt()).collect();
+        let matrix = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
+            (true, true) => 0.0,
+            (true, false) => f64::from(u8::from(i == j - m)) * scale[i],
+            (false, true) => {
+                let i = i - m;
+                -(self.stiffness[(i, j)] + weight(1) * self.terms[1][(i, j)]) / scale[j]
+            }
+            (false, false) => {
+                let (i, j) = (i - m, j - m);
+                let damping = [0, 2, 3].map(|term| weight(term) * self.terms[term][(i, j)]);
+                -damping.iter().sum::<f64>()
+            }
+        });
+        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
+        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+        let oscillating = (0..2 * m).filter(|&k| values[k].im > 0.0);
+        let roots = oscillating.map(|k| Root {
+            value: values[k],
+            shape: (0..m).map(|i| vectors[(i, k)] / scale[i]).collect(),
+        });
+        Ok(roots.collect())
+    }
+
+    /// The power that a term feeds into a root over twice its energy, 1/s.
+    fn share(&self, term: usize, root: &Root) -> f64 {
+        let matrix = &self.terms[term];
+        let mut product = c64::new(0.0, 0.0);
+        for i in 0..self.modes {
+            for j in 0..self.modes {
+                product += root.shape[i].conj() * root.shape[j] * matrix[(i, j)];
+            }
+        }
+        let size: f64 = root.shape.iter().map(|v| v.norm_sqr()).sum();
+        match Cause::ALL[term] {
+            Cause::Coupling => -product.im / (2.0 * root.value.im * size),
+            _ => -product.re / (2.0 * size),
+        }
+    }
+
+    /// The growth of a root once a term has faded away.
+    fn without(&self, term: usize, root: &Root) -> Result<f64, StabilityError> {
+        let mut shape = root.shape.clone();
+        let mut growth = root.value.re;
+        for step in 1..=FADING {
+            let share = 1.0 - step as f64 / FADING as f64;
+            let roots = self.roots(Some((term, share)))?;
+            let alike = |other: &Root| {
+                let common: c64 = other
+                    .shape
+                    .iter()
+                    .zip(&shape)
+                    .map(|(a, b)| a.conj() * b)
+                    .sum();
+                common.norm_sqr() / other.shape.iter().map(|v| v.norm_sqr()).sum::<f64>()
+            };
+            let next = roots.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)));
+            let Some(next) = next else {
+                return Ok(growth);
+            };
+            growth = next.value.re;
+            shape.clone_from(&next.shape);
+        }
+        Ok(growth)
+    }
+}
+
+/// Adds `factor a b^T` to a matrix.
+fn add(matrix: &mut Mat<f64>, factor: f64, a: &[f64], b: &[f64]) {
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            matrix[(i, j)] += factor * a * b;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::tests::scattered;
+    use crate::joint::{BallJoint, Joint};
+    use crate::scene::Scene;
+
+    const STRIBECK: crate::joint::Stribeck = crate::joint::Stribeck {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        creep: 1000.0,
+        stribeck: 10.0,
+    };
+
+    fn friction(radial: bool) -> Friction {
+        Friction::Stribeck {
+            law: STRIBECK,
+            radial,
+        }
+    }
+
+    #[test]
+    fn the_terms_make_the_jacobian_and_the_shares_the_growth() {
+        for friction in [friction(true), friction(false), Friction::None] {
+            let model = scattered(40, 6, friction);
+            let all = Joint::new(&model).linear_modes().unwrap();
+            let oscillating = all.iter().filter(|mode| mode.frequency_hz > 0.0);
+            let explained = model.explained_modes().unwrap();
+            assert_eq!(oscillating.clone().count(), explained.len());
+            for (mode, explained) in oscillating.zip(explained) {
+                let size = std::f64::consts::TAU * mode.frequency_hz;
+                let scale = size + mode.growth.abs();
+                assert!((mode.frequency_hz / explained.frequency_hz - 1.0).abs() < 1e-9);
+                assert!(
+                    (mode.growth - explained.growth).abs() < 1e-9 * scale,
+                    "{explained:?}"
+                );
+                let shares: f64 = explained.causes.iter().map(|cause| cause.share).sum();
+                assert!(
+                    (shares - mode.growth).abs() < 1e-9 * scale,
+                    "{shares} {explained:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn damping_of_one_ratio_is_all_that_a_free_body_has() {
+        let mut model = scattered(3, 4, Friction::None);
+        model.damping = vec![0.01; 4];
+        model.stiffness.fill(0.0);
+        for mode in model.explained_modes().unwrap() {
+            let omega_0 = std::f64::consts::TAU * mode.frequency_hz / (1.0 - 1e-4_f64).sqrt();
+            assert!((mode.growth / (-0.01 * omega_0) - 1.0).abs() < 1e-9);
+            assert!((mode.causes[3].share / mode.growth - 1.0).abs() < 1e-9);
+            assert!(mode.causes[3].without.abs() < 1e-9 * omega_0);
+            assert!(mode.causes[..3].iter().all(|cause| cause.share == 0.0));
+        }
+    }
+
+    #[test]
+    fn the_squeak_is_fed_by_the_slope_and_damped_across() {
+        let scene = Scene::load("periodic-2deg").unwrap();
+        let tilted = scene.joint().unwrap();
+        let ball = BallJoint::new(&tilted.spec).unwrap();
+        let model = ball.model(tilted.tilt.at(0.0)).unwrap();
+        let modes = model.explained_modes().unwrap();
+        let unstable: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+        assert_eq!(unstable.len(), 4);
+        for mode in unstable {
+            let [slope, _, direction, structure] = &mode.causes[..] else {
+                panic!("four causes");
+            };
+            assert!(
+                slope.share > 0.5 * mode.growth && slope.without < 0.5 * mode.growth,
+                "{mode:?}"
+            );
+            assert!(
+                direction.share < 0.0 && direction.without > mode.growth,
+                "{mode:?}"
+            );
+            assert_eq!(structure.share, 0.0);
+            assert!((structure.without - mode.growth).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn coupling_alone_is_flutter() {
+        // Two modes on one node: a constant force, no damping.
+        let mut model = scattered(1, 2, friction(true));
+        model.normals = vec![[0.0, 0.0, 1.0]];
+        model.sliding_velocity = vec![[0.02, 0.0, 0.0]];
+        model.shapes = vec![[1.0, 0.0, 0.3], [-3.0, 0.0, 1.0]];
+        model.areas = vec![1e-6];
+        model.stiffness = vec![1e13];
+        model.pre_stress = vec![1e-9];
+        model.damping = Vec::new();
+        let (k, mu) = (1e7, STRIBECK.coefficient(0.02));
+        let mut seen = [false; 2];
+        for omega in [[3000.0, 4074.0], [3000.0, 6000.0]] {
+            model.omega = omega.to_vec();
+            let modes = model.explained_modes().unwrap();
+            let growing: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+            // The characteristic polynomial says whether it flutters: discriminant below zero.
+            let a = omega[0].powi(2) + k * 0.3 * (0.3 + mu);
+            let b = omega[1].powi(2) + k * (1.0 - 3.0 * mu);
+            let product = k * (0.3 + mu) * k * 0.3 * (1.0 - 3.0 * mu);
+            let flutters = (a - b).powi(2) + 4.0 * product < 0.0;
+            assert_eq!(flutters, !growing.is_empty(), "{omega:?}");
+            seen[usize::from(flutters)] = true;
+            for mode in growing {
+                let coupling = mode.causes[1];
+                assert!(
+                    (coupling.share / mode.growth - 1.0).abs() < 1e-6,
+                    "{mode:?}"
+                );
+                assert!(coupling.without.abs() < 1e-3 * mode.growth);
+            }
+        }
+        assert_eq!(seen, [true, true]);
+    }
+}

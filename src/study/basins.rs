@@ -1,0 +1,172 @@
+//! Which attractors coexist, and how many of many kicks lead to each.
+
+use super::response::Response;
+use super::sweep::SweepPoint;
+use crate::analysis::Regime;
+
+/// Motions are of one attractor if the frequencies of their strongest lines differ by no more than
+/// this share.
+const SAME_FREQUENCY: f64 = 0.005;
+
+/// And if their amplitudes differ by no more than this share.
+const SAME_AMPLITUDE: f64 = 0.05;
+
+/// The standard normal deviate of a 95 % interval.
+const Z: f64 = 1.96;
+
+/// One attractor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attractor {
+    /// Kind of motion.
+    pub regime: Regime,
+    /// Frequency of its strongest line, Hz; `None` at rest.
+    pub frequency: Option<f64>,
+    /// Amplitude at the probe, m.
+    pub amplitude: f64,
+    /// Places in the list of points of those that came to it; the first stands for all of them.
+    pub members: Vec<usize>,
+    /// Its share of all kicks, 0 to 1.
+    pub share: f64,
+    /// The share's 95 % interval (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
+    pub interval: [f64; 2],
+}
+
+/// The attractors that points at the same parameters have come to, the commonest first. Points
+/// without a response, and those that still changed when they were measured, count among all but
+/// come to none.
+pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
+    let mut found: Vec<Attractor> = Vec::new();
+    for (place, point) in points.iter().enumerate() {
+        let Some(response) = point
+            .outcome
+            .as_ref()
+            .ok()
+            .filter(|response| response.settled)
+        else {
+            continue;
+        };
+        match found
+            .iter_mut()
+            .find(|attractor| attractor.is_that_of(response))
+        {
+            Some(attractor) => attractor.members.push(place),
+            None => found.push(Attractor {
+                regime: response.regime,
+                frequency: response.lines.first().map(|line| line.frequency),
+                amplitude: response.amplitude,
+                members: vec![place],
+                share: 0.0,
+                interval: [0.0, 1.0],
+            }),
+        }
+    }
+    for attractor in &mut found {
+        (attractor.share, attractor.interval) = share(attractor.members.len(), points.len());
+    }
+    found.sort_by_key(|attractor| std::cmp::Reverse(attractor.members.len()));
+    found
+}
+
+impl Attractor {
+    fn is_that_of(&self, response: &Response) -> bool {
+        let frequency = response.lines.first().map(|line| line.frequency);
+        let same_frequency = match (self.frequency, frequency) {
+            (Some(one), Some(other)) => (one - other).abs() <= SAME_FREQUENCY * one,
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        // At rest, amplitudes are what is left of the decay.
+        let same_amplitude = self.regime == Regime::Silent
+            || (self.amplitude - response.amplitude).abs() <= SAME_AMPLITUDE * self.amplitude;
+        self.regime == response.regime && same_frequency && same_amplitude
+    }
+}
+
+/// A share with its interval.
+fn share(count: usize, all: usize) -> (f64, [f64; 2]) {
+    let n = all.max(1) as f64;
+    let p = count as f64 / n;
+    let z2 = Z * Z / n;
+    let middle = (p + 0.5 * z2) / (1.0 + z2);
+    let half = Z / (1.0 + z2) * (p * (1.0 - p) / n + 0.25 * z2 / n).sqrt();
+    (p, [(middle - half).max(0.0), (middle + half).min(1.0)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Parameter, Scene};
+    use crate::study::response::ResponsePlan;
+    use crate::study::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepProgress, sweep};
+
+    #[test]
+    fn shares_have_wilsons_interval() {
+        let (p, [low, high]) = share(0, 20);
+        assert_eq!((p, low), (0.0, 0.0));
+        // z^2 / (n + z^2)
+        assert!((high - 3.8416 / 23.8416).abs() < 1e-12, "{high}");
+        let (p, [low, high]) = share(10, 20);
+        assert_eq!(p, 0.5);
+        assert!(
+            (low + high - 1.0).abs() < 1e-12 && (0.29..0.31).contains(&low),
+            "{low}"
+        );
+    }
+
+    struct Kept(Vec<SweepPoint>);
+
+    impl Audience for Kept {
+        type Error = std::convert::Infallible;
+        fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
+            self.0.push(point);
+            Ok(())
+        }
+        fn progress(&mut self, _: SweepProgress) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn a_tone_and_a_torus_coexist() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        let values = [
+            (Parameter::named("nodes").unwrap(), 28.0),
+            (Parameter::named("time.tolerance").unwrap(), 1e-4),
+        ];
+        let plan = SweepPlan {
+            scene: scene.with_values(&values).unwrap(),
+            axes: vec![Axis::new(
+                Parameter::named("start.seed").unwrap(),
+                (1..=6).map(f64::from),
+            )],
+            starts: vec![Start::Cold],
+            response: ResponsePlan {
+                least: 0.05,
+                most: 0.4,
+                measure: 0.06,
+                exponents: 0,
+                portrait: false,
+            },
+        };
+        let mut kept = Kept(Vec::new());
+        sweep(&plan, Shard::WHOLE, &[], 2, &mut kept).unwrap();
+        let mut points = kept.0;
+        points.sort_by_key(|point| point.place.index);
+        let found = attractors(&points);
+        println!("{found:?}");
+        assert!(found.len() >= 2, "{found:?}");
+        let members: usize = found.iter().map(|attractor| attractor.members.len()).sum();
+        assert!(members <= 6 && found[0].members.len() >= found[1].members.len());
+        let shares: f64 = found.iter().map(|attractor| attractor.share).sum();
+        assert!((shares - members as f64 / 6.0).abs() < 1e-12);
+        // The order of the points decides nothing but which of them stands for the others.
+        points.reverse();
+        let mut backwards: Vec<usize> = attractors(&points)
+            .iter()
+            .map(|a| a.members.len())
+            .collect();
+        backwards.sort_unstable();
+        let mut forwards: Vec<usize> = found.iter().map(|a| a.members.len()).collect();
+        forwards.sort_unstable();
+        assert_eq!(forwards, backwards);
+    }
+}
