@@ -90,14 +90,33 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`]: values out of range, and values that do not fit together.
     pub fn with_values(&self, values: &[(Parameter, f64)]) -> Result<Self, SceneError> {
+        let values = values
+            .iter()
+            .map(|&(parameter, value)| (parameter.path(), number(value)));
+        self.with_entries(values)
+    }
+
+    /// The same scene with other words for some keys, such as `"pre-stress"` for
+    /// `contact.stiffness`.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with_words(&self, words: &[(&str, &str)]) -> Result<Self, SceneError> {
+        self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
+    }
+
+    fn with_entries<'p>(
+        &self,
+        entries: impl IntoIterator<Item = (&'p str, Value)>,
+    ) -> Result<Self, SceneError> {
         let mut document: DocumentMut =
             self.text.parse().map_err(|error: toml_edit::TomlError| {
                 let message = error.message().replace('\n', " ");
                 Fault::Syntax { message }.at(self.place_of_override())
             })?;
-        for &(parameter, value) in values {
-            set(document.as_table_mut(), parameter.path(), value);
-            if parameter == Parameter::tilt() {
+        for (path, value) in entries {
+            set(document.as_table_mut(), path, value);
+            if path == TILT.path {
                 let (table, list) = split(TILT_KNOTS.path);
                 if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
                     table.remove(list);
@@ -108,15 +127,17 @@ impl Scene {
     }
 }
 
-/// Sets the value at a dotted path and makes the tables on the way to it.
-fn set(root: &mut Table, path: &str, value: f64) {
-    // A whole number stands for a count as well as for a number.
-    let whole = value.fract() == 0.0 && value.abs() < 1e15;
-    let mut value = if whole {
+/// A number as a scene file has it: a whole one stands for a count as well as for a number.
+fn number(value: f64) -> Value {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
         Value::from(value as i64)
     } else {
         Value::from(value)
-    };
+    }
+}
+
+/// Sets the value at a dotted path and makes the tables on the way to it.
+fn set(root: &mut Table, path: &str, mut value: Value) {
     let (tables, name) = split(path);
     let mut table: &mut dyn toml_edit::TableLike = root;
     for part in tables.split('.').filter(|part| !part.is_empty()) {

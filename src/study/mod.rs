@@ -1,7 +1,10 @@
 //! Many answers from one scene.
 
 pub mod basins;
+pub mod calibrate;
 pub mod lyapunov;
+pub mod paper;
+mod pool;
 pub mod response;
 pub mod signal;
 mod stability;

@@ -10,13 +10,9 @@ mod table;
 mod tests;
 
 use std::collections::HashMap;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::thread;
-use std::time::Duration;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
-
+use super::pool::{Event, Hand, work};
 use super::response::{From, Response, ResponseError, response};
 use crate::joint::BallJoint;
 use crate::scene::SceneError;
@@ -61,9 +57,6 @@ pub trait Audience {
     fn progress(&mut self, progress: SweepProgress) -> bool;
 }
 
-/// How often the audience is told how far it is.
-const TICK: Duration = Duration::from_millis(50);
-
 /// Takes the response at each point of a shard that is not `known` yet, on so many `threads`
 /// (at least one). The points do not depend on the threads, on the shard, or on what was known.
 /// A point without a response is told as such, and the next one of its chain starts cold.
@@ -91,7 +84,6 @@ pub fn sweep<A: Audience>(
         .filter(|k| known.contains_key(k))
         .count();
     let threads = threads.clamp(1, chains.len().max(1));
-    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let shares: Vec<AtomicU64> = (0..threads).map(|_| AtomicU64::new(0)).collect();
     let share = |done: usize| {
         let begun = shares
@@ -99,93 +91,58 @@ pub fn sweep<A: Audience>(
             .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
         (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
     };
-    thread::scope(|scope| {
-        let (sender, receiver) = bounded(threads);
-        let workers: Vec<_> = shares
-            .iter()
-            .map(|share| {
-                let worker = Worker {
-                    plan,
-                    chains: &chains,
-                    known: &known,
-                    next: &next,
-                    stop: &stop,
-                    share,
-                    sender: sender.clone(),
-                };
-                scope.spawn(move || worker.run())
-            })
-            .collect();
-        drop(sender);
-        let mut failed = None;
-        loop {
-            match receiver.recv_timeout(TICK) {
-                Ok(point) => {
-                    done += 1;
-                    if let (None, Err(error)) = (&failed, audience.point(point)) {
-                        failed = Some(error);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-            let progress = SweepProgress {
-                done,
-                all,
-                share: share(done).min(1.0),
-            };
-            if failed.is_some() || !audience.progress(progress) {
-                stop.store(true, Ordering::Relaxed);
-            }
+    let job = |ball: &mut Option<BallJoint>, thread: usize, chain: usize, hand: &Hand<'_, _>| {
+        let worker = Worker {
+            plan,
+            known: &known,
+            share: &shares[thread],
+            hand,
+        };
+        worker.run(&chains[chain], ball);
+    };
+    work(chains.len(), threads, job, |event| {
+        if let Event::Result(point) = event {
+            done += 1;
+            audience.point(point)?;
         }
-        for worker in workers {
-            if let Err(panic) = worker.join() {
-                resume_unwind(panic);
-            }
-        }
-        match failed {
-            Some(error) => Err(error),
-            None => Ok(done == all),
-        }
-    })
+        Ok(audience.progress(SweepProgress {
+            done,
+            all,
+            share: share(done).min(1.0),
+        }))
+    })?;
+    Ok(done == all)
 }
 
 /// One thread of a sweep.
 struct Worker<'a> {
     plan: &'a SweepPlan,
-    chains: &'a [Vec<usize>],
     known: &'a HashMap<usize, &'a SweepPoint>,
-    /// The next chain to take.
-    next: &'a AtomicUsize,
-    stop: &'a AtomicBool,
     /// Share of the point at work that is done, the bits of a number.
     share: &'a AtomicU64,
-    sender: Sender<SweepPoint>,
+    hand: &'a Hand<'a, SweepPoint>,
 }
 
 impl Worker<'_> {
-    fn run(self) {
-        let mut ball = None;
-        while let Some(chain) = self.chains.get(self.next.fetch_add(1, Ordering::Relaxed)) {
-            let mut before: Option<Vec<f64>> = None;
-            for &index in chain {
-                if let Some(known) = self.known.get(&index) {
-                    before = known.outcome.as_ref().ok().map(|found| found.state.clone());
-                    continue;
-                }
-                let place = self.plan.place(index);
-                let found = self.respond(&place, before.as_deref(), &mut ball);
-                let outcome = match found {
-                    Ok(Some(found)) => Ok(found),
-                    Ok(None) => return,
-                    // Where it cannot be told, that is what is told.
-                    Err(error) => Err(chain_of_causes(&error)),
-                };
-                before = outcome.as_ref().ok().map(|found| found.state.clone());
-                self.share.store(0, Ordering::Relaxed);
-                if self.sender.send(SweepPoint { place, outcome }).is_err() {
-                    return;
-                }
+    fn run(&self, chain: &[usize], ball: &mut Option<BallJoint>) {
+        let mut before: Option<Vec<f64>> = None;
+        for &index in chain {
+            if let Some(known) = self.known.get(&index) {
+                before = known.outcome.as_ref().ok().map(|found| found.state.clone());
+                continue;
+            }
+            let place = self.plan.place(index);
+            let found = self.respond(&place, before.as_deref(), ball);
+            let outcome = match found {
+                Ok(Some(found)) => Ok(found),
+                Ok(None) => return,
+                // Where it cannot be told, that is what is told.
+                Err(error) => Err(chain_of_causes(&error)),
+            };
+            before = outcome.as_ref().ok().map(|found| found.state.clone());
+            self.share.store(0, Ordering::Relaxed);
+            if !self.hand.over(SweepPoint { place, outcome }) {
+                return;
             }
         }
     }
@@ -201,7 +158,7 @@ impl Worker<'_> {
         let found = response(&scene, from, &self.plan.response, ball, &mut |progress| {
             let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
             self.share.store(share.to_bits(), Ordering::Relaxed);
-            !self.stop.load(Ordering::Relaxed)
+            self.hand.goes_on()
         })?;
         Ok(found)
     }
@@ -217,7 +174,7 @@ enum PointError {
 }
 
 /// An error with its causes, on one line.
-fn chain_of_causes(error: &dyn std::error::Error) -> String {
+pub(super) fn chain_of_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let causes: Vec<String> = causes.map(ToString::to_string).collect();
     causes.join(": ")

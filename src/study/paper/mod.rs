@@ -1,0 +1,10 @@
+//! The paper: every claim of its text, compared with what is found here.
+
+mod claims;
+mod evidence;
+
+#[cfg(test)]
+mod tests;
+
+pub use claims::{Claim, Finding, Holds, claims, compare, nearness, score};
+pub use evidence::{Embedding, Evidence};

@@ -1,0 +1,161 @@
+//! Claims against made-up findings.
+
+use super::claims::is_regime;
+use super::*;
+use crate::analysis::Regime;
+use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
+use crate::study::response::{NamedTone, Response};
+use crate::study::{StabilityAt, StabilityMode};
+
+/// A response with lines (Hz), exponents (1/s, each well known) and a number of unstable modes.
+fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -> Response {
+    let mode = |k: usize| StabilityMode {
+        frequency_hz: 1000.0 * (k + 1) as f64,
+        growth: if k < unstable { 700.0 } else { -10.0 },
+        label: format!("mode {k}"),
+        unstable: k < unstable,
+    };
+    Response {
+        transient: 0.1,
+        settled: true,
+        amplitude: 7e-7,
+        rms_velocity: 0.01,
+        peak_velocity: 0.0178,
+        maxima: vec![7e-7],
+        section: Vec::new(),
+        lines: lines
+            .iter()
+            .map(|&frequency| NamedTone {
+                frequency,
+                amplitude: 1e-7,
+                name: String::new(),
+            })
+            .collect(),
+        floor_share: 0.0,
+        exponents: Some(LyapunovSpectrum {
+            exponents: exponents
+                .iter()
+                .map(|&value| Exponent {
+                    value,
+                    half_width: 1.0,
+                })
+                .collect(),
+            time: 1.0,
+            dimension: 22,
+            resolution: 2.3,
+            kaplan_yorke: None,
+        }),
+        recurrence: None,
+        recurrence_period: Some(2.44e-4),
+        linear: Some(StabilityAt {
+            tilt: 0.0,
+            modes: (0..11).map(mode).collect(),
+        }),
+        regime,
+        confidence: 0.9,
+        portrait: None,
+        state: Vec::new(),
+        tally: Tally::default(),
+    }
+}
+
+/// All that the paper claims, over its tilts.
+fn as_published() -> Evidence {
+    let mut tilts: Vec<f64> = (0..=35).map(|k| 1.0 + 0.2 * f64::from(k)).collect();
+    tilts.push(3.5);
+    let responses = tilts.into_iter().map(|tilt| {
+        let tilt = (10.0_f64 * tilt).round() / 10.0;
+        let found = match tilt {
+            t if t < 2.9 => response(Regime::Periodic, &[4100.0, 8200.0], &[0.1, -50.0], 4),
+            t if t < 3.4 => response(Regime::Periodic, &[12_480.0], &[0.1, -50.0], 4),
+            t if t < 4.1 => response(
+                Regime::QuasiPeriodic,
+                &[3870.0, 12_180.0, 570.0],
+                &[0.1, 0.0, -50.0],
+                5,
+            ),
+            _ => response(Regime::Chaotic, &[3870.0], &[90.0, 60.0, 30.0], 5),
+        };
+        (tilt, found)
+    });
+    let mut evidence = Evidence::new(responses);
+    evidence.delay = Some(Embedding {
+        lag: 6e-5,
+        dimension: 5,
+    });
+    let published = [
+        ("1st bending", 1698.0),
+        ("2nd bending", 4093.0),
+        ("1st torsion", 4501.0),
+        ("3rd bending", 7545.0),
+        ("1st axial", 9737.0),
+        ("2nd torsion", 9917.0),
+        ("4th bending", 12448.0),
+    ];
+    evidence.natural_frequencies = published
+        .into_iter()
+        .map(|(mode, hz)| (mode.to_owned(), hz))
+        .collect();
+    evidence
+}
+
+fn holds(findings: &[Finding], id: &str) -> Holds {
+    findings
+        .iter()
+        .find(|finding| finding.claim.id == id)
+        .unwrap()
+        .holds
+}
+
+#[test]
+fn the_claims_can_be_read_and_name_known_things() {
+    let claims = claims();
+    assert_eq!(claims.len(), 28);
+    let mut ids: Vec<&str> = claims.iter().map(|claim| &*claim.id).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), claims.len());
+    for name in ["periodic", "quasi-periodic", "chaotic"] {
+        assert!(is_regime(name));
+    }
+}
+
+#[test]
+fn the_paper_itself_meets_its_claims() {
+    let findings = compare(&as_published());
+    for finding in &findings {
+        let expected = match &*finding.claim.id {
+            // Not known in what unit.
+            "lag" => Holds::Unknown,
+            _ => Holds::Yes,
+        };
+        assert_eq!(finding.holds, expected, "{finding:?}");
+        assert!(!finding.ours.is_empty() && !finding.published.is_empty());
+    }
+    assert_eq!(score(&findings), 1.0);
+}
+
+#[test]
+fn what_differs_is_told() {
+    let silent = Evidence::new([(2.0, response(Regime::Silent, &[], &[-5.0], 0))]);
+    let findings = compare(&silent);
+    assert_eq!(holds(&findings, "periodic-2.0"), Holds::No);
+    assert_eq!(holds(&findings, "unstable-2.0"), Holds::No);
+    assert_eq!(holds(&findings, "tone-2.0"), Holds::Unknown);
+    assert_eq!(holds(&findings, "chaos-5.0"), Holds::Unknown);
+    assert_eq!(score(&findings), 0.0);
+    // Regimes in the wrong order hold in part.
+    let order = [
+        Regime::Chaotic,
+        Regime::Periodic,
+        Regime::QuasiPeriodic,
+        Regime::QuasiPeriodic,
+    ];
+    let responses = order.into_iter().enumerate();
+    let responses = responses.map(|(k, regime)| (k as f64, response(regime, &[4100.0], &[0.0], 4)));
+    let findings = compare(&Evidence::new(responses));
+    assert_eq!(holds(&findings, "order"), Holds::Partly(0.75));
+    assert!(matches!(holds(&findings, "exponent-zero"), Holds::Yes));
+    let told = findings.iter().find(|f| f.claim.id == "order").unwrap();
+    assert_eq!(told.ours, "chaotic, periodic, quasi-periodic");
+}

@@ -1,0 +1,157 @@
+//! Independent jobs on several threads, their results told one by one on the caller's own.
+
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+
+/// How often the caller is asked whether to go on.
+const TICK: Duration = Duration::from_millis(50);
+
+/// What the caller is told.
+pub(super) enum Event<R> {
+    /// A result; they come in any order.
+    Result(R),
+    /// Nothing but that some time has passed.
+    Tick,
+}
+
+/// Where a thread hands its results over, and learns whether to go on.
+pub(super) struct Hand<'a, R> {
+    sender: &'a Sender<R>,
+    stop: &'a AtomicBool,
+}
+
+impl<R> Hand<'_, R> {
+    /// Hands a result over; whether to go on.
+    pub fn over(&self, result: R) -> bool {
+        self.sender.send(result).is_ok() && self.goes_on()
+    }
+
+    /// Whether to go on.
+    pub fn goes_on(&self) -> bool {
+        !self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Does the jobs in their order, on so many threads (at least one). A job takes what its thread keeps
+/// from one job to the next, at first its default; the job's place; and where it hands its results
+/// over. `tell` answers whether to go on, and is asked every now and then.
+///
+/// Whether it always said so.
+///
+/// # Errors
+/// What `tell` says; no job is begun after that.
+pub(super) fn work<K: Default, R: Send, E>(
+    jobs: usize,
+    threads: usize,
+    job: impl Fn(&mut K, usize, usize, &Hand<'_, R>) + Sync,
+    mut tell: impl FnMut(Event<R>) -> Result<bool, E>,
+) -> Result<bool, E> {
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    thread::scope(|scope| {
+        let (sender, receiver) = bounded(threads.max(1));
+        let workers: Vec<_> = (0..threads.clamp(1, jobs.max(1)))
+            .map(|thread| {
+                let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
+                scope.spawn(move || {
+                    let hand = Hand {
+                        sender: &sender,
+                        stop,
+                    };
+                    let mut kept = K::default();
+                    while hand.goes_on() {
+                        let place = next.fetch_add(1, Ordering::Relaxed);
+                        if place >= jobs {
+                            break;
+                        }
+                        job(&mut kept, thread, place, &hand);
+                    }
+                })
+            })
+            .collect();
+        drop(sender);
+        let mut outcome = Ok(true);
+        loop {
+            let event = match receiver.recv_timeout(TICK) {
+                Ok(result) => Event::Result(result),
+                Err(RecvTimeoutError::Timeout) => Event::Tick,
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            // After an error there is nobody to tell.
+            if let Ok(goes_on) = &mut outcome {
+                match tell(event) {
+                    Ok(yes) => *goes_on &= yes,
+                    Err(error) => outcome = Err(error),
+                }
+            }
+            if !matches!(outcome, Ok(true)) {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        for worker in workers {
+            if let Err(panic) = worker.join() {
+                resume_unwind(panic);
+            }
+        }
+        outcome
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_job_is_done_once() {
+        for threads in [0, 1, 3, 50] {
+            let mut results = Vec::new();
+            let job = |kept: &mut usize, _, place: usize, hand: &Hand<'_, usize>| {
+                *kept += 1;
+                hand.over(place);
+            };
+            let done = work(20, threads, job, |event| {
+                if let Event::Result(result) = event {
+                    results.push(result);
+                }
+                Ok::<bool, ()>(true)
+            });
+            results.sort_unstable();
+            assert_eq!((done, results), (Ok(true), (0..20).collect()));
+        }
+        let none = work(
+            0,
+            2,
+            |(): &mut (), _, _, _: &Hand<'_, ()>| (),
+            |_| Ok::<bool, ()>(true),
+        );
+        assert_eq!(none, Ok(true));
+    }
+
+    #[test]
+    fn it_stops_when_told_to_and_when_it_fails() {
+        let job = |(): &mut (), _, place: usize, hand: &Hand<'_, usize>| {
+            while !hand.over(place) && hand.goes_on() {}
+        };
+        let mut told = 0;
+        let stopped = work(1000, 2, job, |_| {
+            told += 1;
+            Ok::<bool, ()>(told < 5)
+        });
+        assert_eq!(stopped, Ok(false));
+        assert!(told < 20, "{told}");
+        let failed = work(1000, 2, job, |_| Err::<bool, &str>("full"));
+        assert_eq!(failed, Err("full"));
+    }
+
+    #[test]
+    #[should_panic(expected = "the third")]
+    fn a_panic_in_a_job_is_the_callers() {
+        let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
+            assert!(place != 2, "the third");
+        };
+        let _ = work(5, 2, job, |_| Ok::<bool, ()>(true));
+    }
+}
