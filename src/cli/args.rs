@@ -39,6 +39,10 @@ pub enum Command {
     Basins(BasinsArgs),
     /// Join the tables of the parts of a sweep.
     Merge(MergeArgs),
+    /// Make the counterpart of every figure of the paper, and compare every claim of its text.
+    Paper(PaperArgs),
+    /// Search what the paper leaves open for the set that meets most of its claims.
+    Calibrate(CalibrateArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
     /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
@@ -310,6 +314,73 @@ pub struct BasinsArgs {
     /// Where results go.
     #[command(flatten)]
     pub outputs: SweepOutputs,
+}
+
+/// Arguments of `squeakscope paper`.
+#[derive(Debug, Arguments)]
+pub struct PaperArgs {
+    /// Name of a scene, or path of a scene file [default: torus-3deg].
+    pub scene: Option<String>,
+    /// Only this figure, 1 to 11 [default: all, and the table of claims].
+    #[arg(long, value_name = "FIG", value_parser = value_parser!(u8).range(1..=11))]
+    pub only: Option<u8>,
+    /// The directory for figures, captions and tables.
+    #[arg(long, value_name = "DIR", default_value = "paper")]
+    pub out: PathBuf,
+    /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
+    #[arg(long, value_enum, default_value_t = OneStart::Up)]
+    pub start: OneStart,
+    /// Seed of the random kick, which decides between attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
+    pub seed: Option<u64>,
+    /// Threads [default: as many as there are cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Write the comparison as JSON, too; `-` prints it instead of the table.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+}
+
+/// How the points of one sweep are started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OneStart {
+    /// Each from the scene's kick.
+    Cold,
+    /// Each from its lower neighbour.
+    Up,
+    /// Each from its higher neighbour.
+    Down,
+}
+
+/// Arguments of `squeakscope calibrate`.
+#[derive(Debug, Arguments)]
+pub struct CalibrateArgs {
+    /// Name of a scene, or path of a scene file, with all that the paper does state [default: periodic-2deg].
+    pub scene: Option<String>,
+    /// Seed of all choices of the search.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub seed: u64,
+    /// How many generations.
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = value_parser!(u32).range(1..=1000))]
+    pub generations: u32,
+    /// Sets a generation.
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = value_parser!(u32).range(1..=10_000))]
+    pub population: u32,
+    /// Threads [default: as many as there are cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Go on with the sets that are missing in the log.
+    #[arg(long)]
+    pub resume: bool,
+    /// The log of all sets tried, written one by one: JSON, a line each.
+    #[arg(long, value_name = "FILE", default_value = "calibrate.jsonl")]
+    pub out: PathBuf,
+    /// Write the best set as a scene file.
+    #[arg(long, value_name = "FILE.toml")]
+    pub best: Option<PathBuf>,
+    /// Write the best sets and all they meet as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 }
 
 /// How the responses of a sweep are taken.

@@ -8,14 +8,19 @@ use super::analyse::{FigureFile, Play, Tools};
 use super::error::{Cause, CliError};
 use super::lyapunov;
 use super::model::ModelFile;
+use super::paper;
+use super::paper_captions as captions;
 use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
+use crate::figure::paper::{
+    configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots, sections,
+};
 use crate::figure::{Figure, basins_figure, lyapunov_figure, signal_figures, sweep_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
-use crate::joint::BallJoint;
+use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
 use crate::record::{Output, RerunSink, read_series};
@@ -23,8 +28,9 @@ use crate::scene::{RecordSpec, Scene};
 use crate::study;
 use crate::study::basins::Attractor;
 use crate::study::lyapunov::scene_lyapunov;
+use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
-use crate::study::sweep::SweepPoint;
+use crate::study::sweep::{SweepPlan, SweepPoint};
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
@@ -137,6 +143,80 @@ pub(super) fn draw_basins(
     found: &[Attractor],
 ) -> Result<sweep::Drawn, Cause> {
     drawn(basins_figure(title, points, found)?)
+}
+
+/// What `squeakscope paper` needs.
+pub(super) const PAPER: paper::Tools = paper::Tools {
+    evidence: |scene, points| Ok(paper_evidence(&scene.joint()?.spec, points)?),
+    draw: draw_paper,
+};
+
+/// Draws the paper's figures with captions.
+fn draw_paper(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    evidence: &Evidence,
+    only: Option<u8>,
+) -> Result<Vec<(sweep::Drawn, String)>, Cause> {
+    let wanted = |number: u8| only.is_none_or(|only| only == number);
+    let spec = &plan.scene.joint()?.spec;
+    let mut figures: Vec<(Figure, String)> = Vec::new();
+    if (1..=3).any(wanted) {
+        let ball = BallJoint::new(spec)?;
+        let tilt = MOTIONS[2].to_radians();
+        if wanted(1) {
+            let figure = configuration(&ball, &ball.model(tilt)?, tilt)?;
+            figures.push((figure, captions::CONFIGURATION.to_owned()));
+        }
+        if wanted(2) {
+            figures.push((mode_shapes(&ball)?, captions::MODE_SHAPES.to_owned()));
+        }
+        if let (true, Friction::Stribeck { law, .. }) = (wanted(3), spec.friction) {
+            let velocity = ball.sliding_velocity(tilt);
+            let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            figures.push((
+                friction_curves(&law, sliding)?,
+                captions::FRICTION.to_owned(),
+            ));
+        }
+    }
+    for (number, tilt) in (4..).zip(MOTIONS) {
+        if let (true, Some(response)) = (wanted(number), evidence.at(tilt)) {
+            let figure = motion(number.into(), tilt, response)?;
+            figures.push((figure, captions::motion(tilt, response)));
+        }
+    }
+    let chosen = evidence.at(EMBEDDED_AT).and_then(study::paper::embedding);
+    if let (true, Some(chosen)) = (wanted(8), chosen) {
+        let (choice, dt) = chosen?;
+        figures.push((
+            embedding(EMBEDDED_AT, &choice, dt)?,
+            captions::EMBEDDING.to_owned(),
+        ));
+    }
+    let [first, last] = SUCCESSION;
+    // Every second tenth of a degree: without 3.5, which the sweep has besides.
+    let mut succession = evidence.between(first, last);
+    succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
+    if wanted(9) {
+        figures.push((
+            recurrence_plots(&succession)?,
+            captions::RECURRENCE.to_owned(),
+        ));
+    }
+    if wanted(10) {
+        figures.push((sections(&succession)?, captions::SECTIONS.to_owned()));
+    }
+    if wanted(11) {
+        for mut figure in sweep_figures(plan, points)? {
+            "figure-11".clone_into(&mut figure.name);
+            figures.push((figure, captions::EXPONENTS.to_owned()));
+        }
+    }
+    let drawn = figures
+        .into_iter()
+        .map(|(figure, caption)| Ok((drawn(figure)?, caption)));
+    drawn.collect()
 }
 
 /// A figure with its PNG.

@@ -51,6 +51,14 @@ pub enum CliError {
         /// The table.
         path: PathBuf,
     },
+    /// A log of a calibration is not of this one.
+    #[error("`{}` cannot be gone on with (--resume): {reason}; give another --out", path.display())]
+    ForeignLog {
+        /// The log.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// More parameters are swept than a map has axes.
     #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
     TooManyAxes {
@@ -81,7 +89,10 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::WouldReplace { .. } | Self::TooManyAxes { .. } | Self::AxisTwice { .. } => 2,
+            Self::WouldReplace { .. }
+            | Self::ForeignLog { .. }
+            | Self::TooManyAxes { .. }
+            | Self::AxisTwice { .. } => 2,
             Self::Table(error) if !matches!(error, TableError::Write { .. }) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,

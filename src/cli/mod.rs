@@ -9,12 +9,13 @@
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`] and
-//! [`signal_report`] say what is in it.
+//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`],
+//! [`calibrate`], [`paper`] and [`signal_report`] say what is in it.
 
 mod analyse;
 pub mod args;
 pub mod basins;
+pub mod calibrate;
 mod engine;
 mod error;
 pub mod flow_report;
@@ -23,6 +24,8 @@ mod lyapunov;
 pub mod lyapunov_report;
 mod model;
 mod output;
+pub mod paper;
+mod paper_captions;
 mod progress;
 pub mod report;
 mod run;
@@ -66,6 +69,8 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
         Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
         Some(Command::Basins(args)) => basins::basins(&args, engine::draw_basins),
+        Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
+        Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),

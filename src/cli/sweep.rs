@@ -374,6 +374,7 @@ pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan
         measure: 1e-3 * args.measure,
         exponents: args.exponents,
         portrait,
+        most_calls: None,
     }
 }
 

@@ -12,6 +12,7 @@ mod draw;
 mod error;
 mod lyapunov;
 mod panel;
+pub mod paper;
 mod raster;
 mod signal;
 mod style;

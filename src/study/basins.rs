@@ -145,6 +145,7 @@ mod tests {
                 measure: 0.06,
                 exponents: 0,
                 portrait: false,
+                most_calls: None,
             },
         };
         let mut kept = Kept(Vec::new());

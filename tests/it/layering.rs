@@ -33,7 +33,10 @@ const EDGES: &[(&str, &[&str])] = &[
             "export", "import",
         ],
     ),
-    ("figure", &["analysis", "dynamics", "study", "import"]),
+    (
+        "figure",
+        &["fem", "joint", "analysis", "dynamics", "study", "import"],
+    ),
     (
         "cli",
         &[

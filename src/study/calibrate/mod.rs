@@ -19,6 +19,7 @@ use super::sweep::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::scene::{Parameter, Scene};
 pub use space::Candidate;
+use space::short;
 
 /// Tilts at which a candidate is tried, degrees: those of Fig. 4 to 7, and one above and below.
 pub const TILTS: [f64; 6] = [1.4, 2.0, 3.0, 3.5, 5.0, 6.5];
@@ -30,6 +31,8 @@ pub const RESPONSE: ResponsePlan = ResponsePlan {
     measure: 0.06,
     exponents: 3,
     portrait: false,
+    // Some fifteen times what a squeak needs: sets with sticking or very stiff contact are given up.
+    most_calls: Some(4_000_000),
 };
 
 /// Share of each later generation that is anywhere in the space.
@@ -125,7 +128,7 @@ pub fn calibrate<W: Witness>(
                 witness.trial(&trial)?;
                 tried.push(trial);
             }
-            let best = best(trials.iter().chain(&tried));
+            let best = ranked(trials.iter().chain(&tried)).first().copied();
             Ok(witness.progress(first + tried.len(), best))
         })?;
         let complete = tried.len() == candidates.len();
@@ -138,14 +141,15 @@ pub fn calibrate<W: Witness>(
     Ok((trials, true))
 }
 
-/// The best of some trials; of equals the first one.
-pub fn best<'t>(trials: impl IntoIterator<Item = &'t Trial>) -> Option<&'t Trial> {
-    let better = |a: &&Trial, b: &&Trial| {
-        a.nearness
-            .total_cmp(&b.nearness)
-            .then(b.number.cmp(&a.number))
-    };
-    trials.into_iter().max_by(better)
+/// Trials by how near the claims are to holding, the best first; of equals the earlier one.
+pub fn ranked<'t>(trials: impl IntoIterator<Item = &'t Trial>) -> Vec<&'t Trial> {
+    let mut ranked: Vec<&Trial> = trials.into_iter().collect();
+    ranked.sort_by(|a, b| {
+        b.nearness
+            .total_cmp(&a.nearness)
+            .then(a.number.cmp(&b.number))
+    });
+    ranked
 }
 
 impl CalibrationPlan {
@@ -161,12 +165,7 @@ impl CalibrationPlan {
 
     /// The candidates of a generation after those before it.
     fn generation(&self, generation: usize, before: &[Trial]) -> Vec<Candidate> {
-        let mut ranked: Vec<&Trial> = before.iter().collect();
-        ranked.sort_by(|a, b| {
-            b.nearness
-                .total_cmp(&a.nearness)
-                .then(a.number.cmp(&b.number))
-        });
+        let ranked = ranked(before);
         let parents = &ranked[..ranked.len().min(PARENTS)];
         let anywhere = (ANYWHERE * self.population as f64).ceil() as usize;
         let width = WIDTH * SHRINKS.powi(generation.max(1) as i32 - 1);
@@ -208,12 +207,12 @@ fn attempt(
     let trial = |findings: &[Finding], error| Trial {
         number,
         candidate: candidate.clone(),
-        score: score(findings),
-        nearness: nearness(findings),
+        score: short(score(findings)),
+        nearness: short(nearness(findings)),
         held: findings
             .iter()
             .filter(|finding| finding.holds.share() > 0.0 && finding.claim.weight > 0.0)
-            .map(|finding| (finding.claim.id.clone(), finding.holds.share()))
+            .map(|finding| (finding.claim.id.clone(), short(finding.holds.share())))
             .collect(),
         error,
     };

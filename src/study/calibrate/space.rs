@@ -91,7 +91,10 @@ impl Candidate {
     pub fn anywhere(seed: u64, number: u64) -> Self {
         let mut rng = stream(seed, number);
         Self {
-            places: NUMBERS.iter().map(|_| rng.random_range(0.0..1.0)).collect(),
+            places: NUMBERS
+                .iter()
+                .map(|_| short(rng.random_range(0.0..1.0)))
+                .collect(),
             choices: CHOICES
                 .iter()
                 .map(|_| rng.random_range(0.0..1.0) < 0.5)
@@ -110,9 +113,9 @@ impl Candidate {
             let normal: f64 = StandardNormal.sample(&mut rng);
             let moved = place + width * normal;
             match open.spread {
-                Spread::Round => moved.rem_euclid(1.0),
+                Spread::Round => short(moved.rem_euclid(1.0)),
                 // Back from the wall.
-                _ => (1.0 - (1.0 - moved.abs()).abs()).clamp(0.0, 1.0),
+                _ => short((1.0 - (1.0 - moved.abs()).abs()).clamp(0.0, 1.0)),
             }
         });
         let places = places.collect();
@@ -165,6 +168,11 @@ impl Candidate {
         let numbers = numbers.collect::<Result<Vec<_>, SceneError>>()?;
         base.with_values(&numbers)?.with_words(&self.words())
     }
+}
+
+/// The nearest decimal of nine places: what is written and read again is the same number.
+pub(super) fn short(value: f64) -> f64 {
+    (1e9 * value).round() / 1e9
 }
 
 /// Random numbers of their own for each set.

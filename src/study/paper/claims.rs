@@ -3,7 +3,6 @@
 use serde::Deserialize;
 
 use super::evidence::Evidence;
-use crate::analysis::Regime;
 use crate::dynamics::Sign;
 use crate::study::response::Response;
 
@@ -470,9 +469,4 @@ fn largest(response: &Response) -> String {
     largest.map_or_else(nothing, |e| {
         format!("{:.0} +- {:.0} 1/s", e.value, e.half_width)
     })
-}
-
-/// The kinds of motion that claims may name.
-pub(super) fn is_regime(name: &str) -> bool {
-    Regime::ALL.iter().any(|regime| regime.to_string() == name)
 }

@@ -30,7 +30,7 @@ const LEAST_DIAGONAL_LAGS: usize = 4;
 const LEAST_VERTICAL: usize = 2;
 
 /// Time of the motion kept to draw from, s.
-const KEPT: f64 = 0.01;
+const KEPT: f64 = 0.02;
 
 /// Highest frequency of the spectrum kept, Hz.
 const HIGHEST: f64 = 20e3;
@@ -279,7 +279,7 @@ mod tests {
         assert!(determinism > 0.85, "{determinism}");
         // The passages lie on a loop about the point of the first tone alone.
         assert_eq!(told.section.len(), MOST_POINTS);
-        assert_eq!(told.portrait.displacement.len(), 2000);
+        assert_eq!(told.portrait.displacement.len(), 4000);
         assert!((told.portrait.bin - 5.0).abs() < 0.01);
     }
 }

@@ -38,6 +38,8 @@ pub struct ResponsePlan {
     pub exponents: usize,
     /// Whether pieces of the motion are kept to draw from.
     pub portrait: bool,
+    /// The most calls of the right-hand side: a motion that needs more is given up. `None` for no limit.
+    pub most_calls: Option<u64>,
 }
 
 impl Default for ResponsePlan {
@@ -48,6 +50,7 @@ impl Default for ResponsePlan {
             measure: 0.2,
             exponents: 3,
             portrait: true,
+            most_calls: None,
         }
     }
 }
@@ -165,6 +168,7 @@ pub fn response(
         samples: 0,
         watch,
         expected: plan.least + plan.measure,
+        most_calls: plan.most_calls,
     };
     run.integrator.start(run.system, 0.0, &run.z)?;
     let Some(settled) = run.settle(plan)? else {
@@ -221,6 +225,18 @@ pub enum ResponseError {
     /// The integration cannot go on.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
+    /// The motion needs more work than it is worth.
+    #[error(
+        "given up after {calls} calls of the right-hand side at {:.3} ms: the motion needs very short \
+         steps",
+        1e3 * time
+    )]
+    Effort {
+        /// Calls so far.
+        calls: u64,
+        /// Time reached, s.
+        time: f64,
+    },
     /// An analysis does not take the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
@@ -238,6 +254,7 @@ struct Run<'a> {
     samples: u64,
     watch: Watch<'a>,
     expected: f64,
+    most_calls: Option<u64>,
 }
 
 impl Run<'_> {
@@ -253,10 +270,15 @@ impl Run<'_> {
     }
 
     /// On to the next sample.
-    fn on(&mut self) -> Result<(), DynamicsError> {
+    fn on(&mut self) -> Result<(), ResponseError> {
         self.samples += 1;
         let time = self.time();
-        self.integrator.sample(self.system, time, &mut self.z)
+        self.integrator.sample(self.system, time, &mut self.z)?;
+        let calls = self.integrator.tally().calls;
+        if self.most_calls.is_some_and(|most| calls > most) {
+            return Err(ResponseError::Effort { calls, time });
+        }
+        Ok(())
     }
 
     /// Displacement (m) and velocity (m/s) of the probe.
@@ -275,7 +297,7 @@ impl Run<'_> {
     }
 
     /// Runs until the transient is over; whether it was. `None` if it was told to stop.
-    fn settle(&mut self, plan: &ResponsePlan) -> Result<Option<bool>, DynamicsError> {
+    fn settle(&mut self, plan: &ResponsePlan) -> Result<Option<bool>, ResponseError> {
         let omega = self.system.omega().to_vec();
         let length = (BLOCK * self.period() * self.rate).round().min(1e9) as usize;
         let mut settling = Settling::new(omega.len(), length);
@@ -306,7 +328,7 @@ impl Run<'_> {
     }
 
     /// Lets tangent vectors go along from here on, and find their directions.
-    fn follow(&mut self, width: usize, seed: u64) -> Result<(), DynamicsError> {
+    fn follow(&mut self, width: usize, seed: u64) -> Result<(), ResponseError> {
         let time = self.time();
         self.integrator.land(self.system, time)?;
         let start = self.integrator.state().to_vec();
@@ -327,7 +349,7 @@ impl Run<'_> {
     }
 
     /// Samples the settled motion for so long (s). `None` if it was told to stop.
-    fn measure(&mut self, time: f64) -> Result<Option<Samples>, DynamicsError> {
+    fn measure(&mut self, time: f64) -> Result<Option<Samples>, ResponseError> {
         let count = (time * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         for k in 0..count {

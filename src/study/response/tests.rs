@@ -17,6 +17,7 @@ const SHORT: ResponsePlan = ResponsePlan {
     measure: 0.06,
     exponents: 2,
     portrait: true,
+    most_calls: None,
 };
 
 #[test]
@@ -57,8 +58,8 @@ fn a_pure_tone_is_told_as_one() {
     assert!((period * 4110.8 - 1.0).abs() < 0.01, "{period}");
     assert_eq!(found.state.len(), 22);
     let portrait = found.portrait.unwrap();
-    assert_eq!(portrait.displacement.len(), 2000);
-    assert_eq!(portrait.velocity.len(), 2000);
+    assert_eq!(portrait.displacement.len(), 4000);
+    assert_eq!(portrait.velocity.len(), 4000);
 }
 
 #[test]

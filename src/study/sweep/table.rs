@@ -386,6 +386,7 @@ mod tests {
                 measure: 0.01,
                 exponents: 2,
                 portrait: true,
+                most_calls: None,
             },
         };
         let mut kept = Kept(Vec::new());

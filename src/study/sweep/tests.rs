@@ -39,6 +39,7 @@ fn plan() -> SweepPlan {
             measure: 0.02,
             exponents: 1,
             portrait: true,
+            most_calls: None,
         },
     }
 }

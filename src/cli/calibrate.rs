@@ -1,0 +1,389 @@
+//! `squeakscope calibrate`: which set of what the paper leaves open meets most of its claims?
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write as _};
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use super::args::CalibrateArgs;
+use super::error::CliError;
+use super::interrupt;
+use super::output::{OutputError, OutputFile, check_all};
+use super::progress::Progress;
+use super::report::{self, FileReport, Report};
+use crate::VERSION;
+use crate::scene::Scene;
+use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
+use crate::study::paper::claims;
+
+/// The scene that has all that the paper states.
+const BASE: &str = "periodic-2deg";
+
+/// The best so many are shown.
+const SHOWN: usize = 5;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// written.
+pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
+    let stop = interrupt::catch().map_err(|source| CliError::Run {
+        doing: "set-up of Ctrl-C",
+        source,
+    })?;
+    execute(args, &stop)
+}
+
+fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
+    let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
+    base.joint()?;
+    let plan = CalibrationPlan {
+        base,
+        seed: args.seed,
+        generations: args.generations as usize,
+        population: args.population as usize,
+    };
+    let [out, scene, json] = check_all(
+        args.scene.as_deref().map(std::ffi::OsStr::new),
+        [
+            ("--out", Some(&*args.out)),
+            ("--best", args.best.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
+    let Some(out) = out else {
+        unreachable!("it was asked for");
+    };
+    let known = known(&out, args.resume, &plan.identity())?;
+    let mut notes = Notes {
+        log: Log::new(&out, &plan.identity(), &known)?,
+        progress: Progress::of_estimate(),
+        all: plan.len(),
+        stop,
+    };
+    let threads = args
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok());
+    let (trials, done) = calibrate(&plan, &known, threads.map_or(1, NonZero::get), &mut notes)?;
+    // The bar goes before anything else is printed.
+    drop(notes);
+    let mut written = vec![FileReport::of(&out)?];
+    if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
+        let text = best.candidate.scene(&plan.base)?.text;
+        file.write(|out| out.write_all(text.as_bytes()))?;
+        written.push(FileReport::of(file)?);
+    }
+    report::deliver(
+        &CalibrationReport::new(&plan, &trials, !done, written),
+        json.as_ref(),
+    )?;
+    if done {
+        Ok(())
+    } else {
+        Err(CliError::Interrupted)
+    }
+}
+
+/// The first line of the log.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    squeakscope_calibration: String,
+}
+
+/// The trials on disk: a line each, JSON.
+struct Log {
+    path: PathBuf,
+    file: File,
+}
+
+impl Log {
+    /// Starts a log in place of the file of that name, with what is known already.
+    fn new(out: &OutputFile, identity: &str, known: &[Trial]) -> Result<Self, CliError> {
+        out.write(|out| {
+            let head = Head {
+                squeakscope_calibration: identity.to_owned(),
+            };
+            writeln!(out, "{}", serde_json::to_string(&head)?)?;
+            for trial in known {
+                writeln!(out, "{}", serde_json::to_string(trial)?)?;
+            }
+            Ok(())
+        })?;
+        let file = OpenOptions::new().append(true).open(out.path());
+        let file = file.map_err(|source| OutputError::Failed {
+            path: out.path().to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            path: out.path().to_owned(),
+            file,
+        })
+    }
+
+    fn add(&mut self, trial: &Trial) -> Result<(), CliError> {
+        // One write a line: what breaks off is at most the last one.
+        let written = serde_json::to_string(trial)
+            .map_err(io::Error::from)
+            .and_then(|line| self.file.write_all(format!("{line}\n").as_bytes()));
+        written.map_err(|source| {
+            CliError::Output(OutputError::Failed {
+                path: self.path.clone(),
+                source,
+            })
+        })
+    }
+}
+
+/// The trials that are known already. A file that is there is only touched by `--resume`.
+fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, CliError> {
+    let path = out.path();
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    if !resume {
+        return Err(CliError::WouldReplace {
+            path: path.to_owned(),
+        });
+    }
+    let foreign = |reason: &str| CliError::ForeignLog {
+        path: path.to_owned(),
+        reason: reason.to_owned(),
+    };
+    let text = std::fs::read_to_string(path).map_err(|_| foreign("it is no text"))?;
+    let mut lines = text.lines();
+    let head: Option<Head> = lines
+        .next()
+        .and_then(|line| serde_json::from_str(line).ok());
+    match head {
+        None => Err(foreign("it is no log of a calibration")),
+        Some(head) if head.squeakscope_calibration != identity => Err(foreign(
+            "it is of another scene, seed, population or version",
+        )),
+        // The last line may have broken off.
+        Some(_) => Ok(lines
+            .map_while(|line| serde_json::from_str(line).ok())
+            .collect()),
+    }
+}
+
+struct Notes<'a> {
+    log: Log,
+    progress: Progress,
+    all: usize,
+    stop: &'a AtomicBool,
+}
+
+impl Witness for Notes<'_> {
+    type Error = CliError;
+
+    fn trial(&mut self, trial: &Trial) -> Result<(), CliError> {
+        self.log.add(trial)
+    }
+
+    fn progress(&mut self, done: usize, best: Option<&Trial>) -> bool {
+        let words = best.map(|best| format!(", the best holds {:.0} %", 100.0 * best.score));
+        let share = done as f64 / self.all.max(1) as f64;
+        self.progress.tell(
+            share,
+            format!("{done} of {} sets{}", self.all, words.unwrap_or_default()),
+        );
+        !self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Result of `squeakscope calibrate`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CalibrationReport {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Sets tried.
+    pub tried: usize,
+    /// Sets in all.
+    pub in_all: usize,
+    /// Whether Ctrl-C ended it before its time.
+    pub interrupted: bool,
+    /// The best sets, the best first.
+    pub best: Vec<SetReport>,
+    /// Claims with a weight that no set tried meets, by their names.
+    pub never_met: Vec<String>,
+    /// Files written.
+    pub files: Vec<FileReport>,
+}
+
+/// One set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetReport {
+    /// Its number.
+    pub number: usize,
+    /// How well the claims hold, by their weights, 0 to 1.
+    pub score: f64,
+    /// How near they are to holding, 0 to 1.
+    pub nearness: f64,
+    /// Its numbers, by their paths, in the units of a scene file.
+    pub numbers: Vec<(String, f64)>,
+    /// Its choices, by their paths.
+    pub words: Vec<(String, String)>,
+    /// Whether each tilt goes on from the one before.
+    pub continued: bool,
+    /// The claims that hold, by their names, and how far, 0 to 1.
+    pub held: Vec<(String, f64)>,
+}
+
+impl CalibrationReport {
+    fn new(
+        plan: &CalibrationPlan,
+        trials: &[Trial],
+        interrupted: bool,
+        files: Vec<FileReport>,
+    ) -> Self {
+        let best = ranked(trials)
+            .into_iter()
+            .take(SHOWN)
+            .map(|trial| SetReport {
+                number: trial.number,
+                score: trial.score,
+                nearness: trial.nearness,
+                numbers: owned(trial.candidate.numbers()),
+                words: trial
+                    .candidate
+                    .words()
+                    .into_iter()
+                    .map(|(path, word)| (path.to_owned(), word.to_owned()))
+                    .collect(),
+                continued: trial.candidate.continued,
+                held: trial.held.clone(),
+            });
+        let met = |id: &str| {
+            trials
+                .iter()
+                .any(|t| t.held.iter().any(|(held, _)| held == id))
+        };
+        let weighty = claims().into_iter().filter(|claim| claim.weight > 0.0);
+        let never_met = weighty.map(|claim| claim.id).filter(|id| !met(id));
+        Self {
+            version: VERSION,
+            tried: trials.len(),
+            in_all: plan.len(),
+            interrupted,
+            best: best.collect(),
+            never_met: never_met.collect(),
+            files,
+        }
+    }
+}
+
+fn owned(numbers: Vec<(&str, f64)>) -> Vec<(String, f64)> {
+    numbers
+        .into_iter()
+        .map(|(path, value)| (path.to_owned(), value))
+        .collect()
+}
+
+impl Report for CalibrationReport {
+    fn text(&self) -> String {
+        let mut text = format!("{} of {} sets tried\n", self.tried, self.in_all);
+        for set in &self.best {
+            let _ = writeln!(
+                text,
+                "\n  set {}: {:.0} % of the claims hold, by their weights{}",
+                set.number,
+                100.0 * set.score,
+                if set.continued {
+                    ", continued up"
+                } else {
+                    ", each tilt started cold"
+                }
+            );
+            let numbers = set
+                .numbers
+                .iter()
+                .map(|(path, value)| format!("{path} = {value}"));
+            let words = set
+                .words
+                .iter()
+                .map(|(path, word)| format!("{path} = \"{word}\""));
+            let all: Vec<String> = numbers.chain(words).collect();
+            let _ = writeln!(text, "    {}", all.join("\n    "));
+            let held = set.held.iter().map(|(id, share)| match share {
+                share if *share >= 1.0 => id.clone(),
+                share => format!("{id} ({:.0} %)", 100.0 * share),
+            });
+            let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
+        }
+        if !self.never_met.is_empty() {
+            let _ = writeln!(text, "\n  no set tried meets {}", self.never_met.join(", "));
+        }
+        for file in &self.files {
+            let size = file.bytes as f64 / 1e3;
+            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Parameter;
+
+    #[test]
+    fn a_search_is_kept_gone_on_with_and_reported() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let values = [
+            (Parameter::named("nodes").unwrap(), 16.0),
+            (Parameter::named("time.tolerance").unwrap(), 1e-3),
+        ];
+        let base = Scene::load(BASE).unwrap().with_values(&values).unwrap();
+        std::fs::write(path("base.toml"), base.text).unwrap();
+        let mut args = CalibrateArgs {
+            scene: Some(path("base.toml").to_string_lossy().into_owned()),
+            seed: 2,
+            generations: 1,
+            population: 2,
+            threads: NonZero::new(2),
+            resume: false,
+            out: path("log.jsonl"),
+            best: Some(path("best.toml")),
+            json: Some(path("report.json")),
+        };
+        let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
+        assert_eq!(ended.exit_code(), 130);
+        let refused = execute(&args, &AtomicBool::new(false)).unwrap_err();
+        assert_eq!(refused.exit_code(), 2);
+        args.resume = true;
+        execute(&args, &AtomicBool::new(false)).unwrap();
+        let report: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(path("report.json")).unwrap()).unwrap();
+        assert_eq!(report["tried"], 2);
+        assert_eq!(report["best"].as_array().unwrap().len(), 2);
+        let best = Scene::load(&path("best.toml").to_string_lossy()).unwrap();
+        let factor = best.joint().unwrap().spec.contact.stiffness_factor;
+        let numbers = report["best"][0]["numbers"].as_array().unwrap();
+        assert!(
+            numbers
+                .iter()
+                .any(|n| n[0] == "contact.stiffness_factor" && n[1] == factor)
+        );
+        // A line that broke off is done again; a log of another search is refused.
+        let log = std::fs::read_to_string(path("log.jsonl")).unwrap();
+        assert_eq!(log.lines().count(), 3);
+        std::fs::write(path("log.jsonl"), &log[..log.len() - 20]).unwrap();
+        execute(&args, &AtomicBool::new(false)).unwrap();
+        let again = std::fs::read_to_string(path("log.jsonl")).unwrap();
+        let sorted = |text: &str| {
+            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+            lines.sort_unstable();
+            lines
+        };
+        assert_eq!(sorted(&again), sorted(&log));
+        args.seed = 3;
+        let refused = execute(&args, &AtomicBool::new(false)).unwrap_err();
+        assert_eq!(refused.exit_code(), 2, "{refused}");
+    }
+}

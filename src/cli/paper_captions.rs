@@ -1,0 +1,72 @@
+//! What the counterparts of the paper's figures show, and how they differ from the paper.
+
+use std::fmt::Write as _;
+
+use crate::study::response::Response;
+
+pub(super) const CONFIGURATION: &str = "**Fig. 1.** Ball and beam with the tilted load and the \
+rotation, and the pre-stress on the contact patch. The patch is the spherical cap of Hertz' radius about \
+the load's direction; each contact node carries the mean pressure of its cell, so that the load is kept \
+exactly. The paper projects the patch onto the nodes of its own mesh and does not say how many there are.";
+
+pub(super) const MODE_SHAPES: &str = "**Fig. 2.** Mode shapes of the finite-element model, free at both \
+ends, one of each bending pair, upon the body at rest; the frequencies are those that the scene uses. The \
+paper's seven frequencies are met by no simple boundary condition of the stated geometry: scenes impose \
+them upon our shapes unless they ask for the model's own.";
+
+pub(super) const FRICTION: &str = "**Fig. 3.** The friction curve, Eq. (5). With the slope factors as \
+printed in the caption the coefficient still rises at the speed of steady sliding, and no mode is unstable \
+at any tilt; exchanged, it falls there, and the four bending pairs squeak. Both are drawn.";
+
+pub(super) const EMBEDDING: &str = "**Fig. 8.** Average mutual information and false nearest neighbours \
+of the settled motion, from 20 ms of it. The paper's delay of 20 samples is of a spacing that it does not \
+state.";
+
+pub(super) const RECURRENCE: &str = "**Fig. 9.** Recurrence plots of 5 ms, delay vectors of dimension 5, \
+a tenth of all pairs recurrent. The paper does not state its threshold; a fixed share of pairs lets plots \
+of strong and of faint motions be compared.";
+
+pub(super) const SECTIONS: &str = "**Fig. 10.** Poincaré maps: y(t) and y(t + 2 τ) whenever y(t + τ) \
+rises through zero, all on the same axes. Points: periodic; a closed curve: quasi-periodic; a cloud: \
+chaotic.";
+
+pub(super) const EXPONENTS: &str = "**Fig. 11.** Bifurcation diagram (local maxima of the displacement) \
+and the largest three Lyapunov exponents with their 95 % intervals, which the paper does not give. \
+Attractors coexist, so that another start may give another diagram: `squeakscope sweep --start all` shows \
+them side by side.";
+
+/// The caption of one of Fig. 4 to 7.
+pub(super) fn motion(tilt_deg: f64, response: &Response) -> String {
+    let mut caption = format!(
+        "**{tilt_deg}°.** Linear growth, time series, phase plot, spectrum, delay reconstruction and \
+         recurrence plot of the settled motion, which is {}",
+        response.regime
+    );
+    let lines = response.lines.iter().take(3);
+    let lines: Vec<String> = lines
+        .map(|line| format!("{:.2}", 1e-3 * line.frequency))
+        .collect();
+    if !lines.is_empty() {
+        let _ = write!(
+            caption,
+            "; its strongest lines are at {} kHz",
+            lines.join(", ")
+        );
+    }
+    let exponent = response
+        .exponents
+        .as_ref()
+        .and_then(|spectrum| spectrum.exponents.first());
+    if let Some(exponent) = exponent {
+        let _ = write!(
+            caption,
+            "; its largest exponent is {:.0} ± {:.0} 1/s",
+            exponent.value, exponent.half_width
+        );
+    }
+    caption.push('.');
+    if !response.settled {
+        caption.push_str(" It still changed when it was measured.");
+    }
+    caption
+}

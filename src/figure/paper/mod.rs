@@ -1,0 +1,22 @@
+//! Counterparts of the paper's figures.
+//!
+//! | figure | here |
+//! |---|---|
+//! | 1 | [`configuration`]: ball, beam, load and rotation; pre-stress on the patch |
+//! | 2 | [`mode_shapes`] |
+//! | 3 | [`friction_curves`]: as printed, and exchanged |
+//! | 4 to 7 | [`motion`]: growth, time series, phase plot, spectrum, delay reconstruction, recurrence plot |
+//! | 8 | [`embedding`]: mutual information and false neighbours |
+//! | 9 | [`recurrence_plots`] |
+//! | 10 | [`sections`] |
+//! | 11 | the sweep's own figure ([`sweep_figures`](super::sweep_figures)) |
+
+mod body;
+mod friction;
+mod grids;
+mod motion;
+
+pub use body::{configuration, mode_shapes};
+pub use friction::friction_curves;
+pub use grids::{recurrence_plots, sections};
+pub use motion::{embedding, motion};

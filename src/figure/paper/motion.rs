@@ -1,0 +1,276 @@
+//! Fig. 4 to 8: one motion from all sides, and how it is embedded.
+
+use crate::analysis::DelayChoice;
+use crate::figure::panel::{Axis, Mark, Panel};
+use crate::figure::style::{BLUE, FAINT, INK, Rgb, VERMILION};
+use crate::figure::sweep::color_of;
+use crate::figure::{Figure, FigureError};
+use crate::study::response::{Portrait, Response};
+
+/// Delay of the reconstruction, s: a quarter of a period of 4.1 kHz.
+pub(super) const LAG: f64 = 60e-6;
+
+/// Length of time series and recurrence plots, s.
+const WINDOW: f64 = 5e-3;
+
+/// The highest frequency of a spectrum, Hz.
+const HIGHEST: f64 = 15e3;
+
+/// Lines with names shown in a spectrum.
+const NAMED: usize = 5;
+
+/// Fig. 4 to 7: growth of the linear modes, time series, phase plot, spectrum, delay reconstruction
+/// and recurrence plot of the motion at a tilt (degrees).
+///
+/// # Errors
+/// [`FigureError`].
+pub fn motion(number: usize, tilt_deg: f64, response: &Response) -> Result<Figure, FigureError> {
+    let title = format!(
+        "Fig. {number} — {tilt_deg}°: {}, {:.0} % sure",
+        response.regime,
+        100.0 * response.confidence
+    );
+    let mut rows = vec![vec![growth(response)]];
+    if let Some(portrait) = &response.portrait {
+        let color = color_of(response.regime);
+        rows = vec![
+            vec![
+                growth(response),
+                series(portrait, color),
+                phase(portrait, color),
+            ],
+            vec![
+                spectrum(response, portrait),
+                reconstruction(portrait, color),
+                recurrence("f  recurrence plot".to_owned(), portrait),
+            ],
+        ];
+    }
+    Figure::new(format!("figure-{number}"), &title, [1300, 860], &rows)
+}
+
+fn growth(response: &Response) -> Panel {
+    let modes = || response.linear.iter().flat_map(|linear| &linear.modes);
+    let stems = |unstable: bool| -> Vec<[f64; 2]> {
+        let chosen =
+            modes().filter(move |mode| mode.unstable == unstable && mode.frequency_hz > 0.0);
+        chosen
+            .map(|mode| [1e-3 * mode.frequency_hz, mode.growth])
+            .collect()
+    };
+    let [growing, dying] = [true, false].map(stems);
+    let mut marks = vec![Mark::Level { y: 0.0 }];
+    for &[x, y] in &growing {
+        marks.push(Mark::Line {
+            points: vec![[x, 0.0], [x, y]],
+            color: VERMILION,
+            label: String::new(),
+        });
+    }
+    let highest = growing.iter().map(|p| p[1]).fold(100.0, f64::max);
+    let count = growing.len();
+    for (points, color, label) in [(growing, VERMILION, "unstable"), (dying, FAINT, "stable")] {
+        marks.push(Mark::Dots {
+            points,
+            radius: 3.5,
+            color,
+            label: label.to_owned(),
+        });
+    }
+    Panel {
+        title: format!("a  {count} unstable modes"),
+        x: Axis::linear("frequency, kHz", [0.0, 13.0]),
+        y: Axis::linear("growth rate, 1/s", [-0.3 * highest, 1.15 * highest]),
+        marks,
+    }
+}
+
+fn series(portrait: &Portrait, color: Rgb) -> Panel {
+    let shown = newest(portrait, WINDOW);
+    let points = shown.iter().enumerate();
+    let points = points.map(|(k, u)| [1e3 * portrait.dt * k as f64, 1e6 * u]);
+    let points: Vec<[f64; 2]> = points.collect();
+    Panel {
+        title: "b  displacement at the middle of the patch".to_owned(),
+        x: Axis::linear("time, ms", [0.0, 1e3 * WINDOW]),
+        y: Axis::around("u, µm", points.iter().map(|p| p[1])),
+        marks: vec![line(points, color)],
+    }
+}
+
+fn phase(portrait: &Portrait, color: Rgb) -> Panel {
+    let pairs = portrait.displacement.iter().zip(&portrait.velocity);
+    let points = pairs.map(|(&u, &v)| [1e6 * f64::from(u), 1e3 * f64::from(v)]);
+    let points: Vec<[f64; 2]> = points.collect();
+    Panel {
+        title: "c  phase plot".to_owned(),
+        x: Axis::around("u, µm", points.iter().map(|p| p[0])),
+        y: Axis::around("v, mm/s", points.iter().map(|p| p[1])),
+        marks: vec![line(points, color)],
+    }
+}
+
+fn spectrum(response: &Response, portrait: &Portrait) -> Panel {
+    let points = portrait.spectrum.iter().enumerate().skip(1);
+    let points = points.map(|(k, a)| [1e-3 * portrait.bin * k as f64, 1e6 * f64::from(*a)]);
+    let points: Vec<[f64; 2]> = points.collect();
+    let highest = points.iter().map(|p| p[1]).fold(1e-12, f64::max);
+    let top = highest.log10().ceil() as i32;
+    let mut marks = vec![line(points, INK)];
+    let shown = response
+        .lines
+        .iter()
+        .filter(|tone| tone.frequency < HIGHEST);
+    for tone in shown.take(NAMED) {
+        let name = match tone.name.as_str() {
+            "" => String::new(),
+            name => format!(" = {name}"),
+        };
+        marks.push(Mark::Dots {
+            points: vec![[1e-3 * tone.frequency, 1e6 * tone.amplitude]],
+            radius: 3.0,
+            color: VERMILION,
+            label: String::new(),
+        });
+        marks.push(Mark::Words {
+            // The words must not leave the field.
+            at: [
+                (1e-3 * tone.frequency + 0.2).min(1e-3 * HIGHEST - 3.5),
+                1.6e6 * tone.amplitude,
+            ],
+            words: format!("{:.2}{name}", 1e-3 * tone.frequency),
+        });
+    }
+    Panel {
+        title: "d  spectrum".to_owned(),
+        x: Axis::linear("frequency, kHz", [0.0, 1e-3 * HIGHEST]),
+        y: Axis::decades("amplitude, µm", [top - 6, top]),
+        marks,
+    }
+}
+
+/// Two of the coordinates of the delay space.
+fn reconstruction(portrait: &Portrait, color: Rgb) -> Panel {
+    let u: Vec<f64> = portrait
+        .displacement
+        .iter()
+        .map(|u| 1e6 * f64::from(*u))
+        .collect();
+    let lag = lag(portrait);
+    let pairs = u.iter().zip(u.iter().skip(lag));
+    let points: Vec<[f64; 2]> = pairs.map(|(a, b)| [*a, *b]).collect();
+    Panel {
+        title: format!("e  delay reconstruction, τ = {:.0} µs", 1e6 * LAG),
+        x: Axis::around("y(t), µm", points.iter().map(|p| p[0])),
+        y: Axis::around("y(t + τ), µm", points.iter().map(|p| p[1])),
+        marks: vec![line(points, color)],
+    }
+}
+
+/// The recurrence plot of the newest 5 ms; empty where nothing moves.
+pub(super) fn recurrence(title: String, portrait: &Portrait) -> Panel {
+    let end = 1e3 * WINDOW;
+    let moves = portrait
+        .displacement
+        .windows(2)
+        .any(|pair| pair[0] != pair[1]);
+    let found = portrait.recurrence().ok().flatten().filter(|_| moves);
+    let picture = found.map(|found| Mark::Picture {
+        x: [0.0, 1e3 * found.window],
+        y: [0.0, 1e3 * found.window],
+        size: [found.size, found.size],
+        // The upper row first: there the latest.
+        pixels: found
+            .recurrent
+            .chunks(found.size.max(1))
+            .rev()
+            .flatten()
+            .map(|&pixel| if pixel == 0 { [255; 3] } else { INK })
+            .collect(),
+    });
+    Panel {
+        title,
+        x: Axis::linear("time, ms", [0.0, end]),
+        y: Axis::linear("time, ms", [0.0, end]),
+        marks: picture.into_iter().collect(),
+    }
+}
+
+/// The newest displacements, m.
+fn newest(portrait: &Portrait, time: f64) -> Vec<f64> {
+    let count = ((time / portrait.dt).round() as usize).min(portrait.displacement.len());
+    let first = portrait.displacement.len() - count;
+    portrait.displacement[first..]
+        .iter()
+        .map(|u| f64::from(*u))
+        .collect()
+}
+
+fn lag(portrait: &Portrait) -> usize {
+    ((LAG / portrait.dt).round() as usize).max(1)
+}
+
+fn line(points: Vec<[f64; 2]>, color: Rgb) -> Mark {
+    Mark::Line {
+        points,
+        color,
+        label: String::new(),
+    }
+}
+
+/// Fig. 8: mutual information and share of false neighbours of the motion at a tilt (degrees), sampled
+/// every `dt` (s).
+///
+/// # Errors
+/// [`FigureError`].
+pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Result<Figure, FigureError> {
+    let mutual = choice.mutual.bits.iter().enumerate();
+    let mutual: Vec<[f64; 2]> = mutual
+        .map(|(k, bits)| [1e6 * dt * k as f64, *bits])
+        .collect();
+    let most = mutual.iter().map(|p| p[1]).fold(0.1, f64::max);
+    let information = Panel {
+        title: format!(
+            "a  average mutual information: delay {:.0} µs",
+            1e6 * dt * choice.lag as f64
+        ),
+        x: Axis::linear("delay, µs", [0.0, mutual.last().map_or(1.0, |p| p[0])]),
+        y: Axis::linear("information, bit", [0.0, 1.05 * most]),
+        marks: vec![
+            line(mutual, BLUE),
+            Mark::Upright {
+                x: 1e6 * dt * choice.lag as f64,
+                words: format!("{} samples", choice.lag),
+                color: VERMILION,
+            },
+        ],
+    };
+    let shares = choice.neighbours.share.iter().enumerate();
+    let shares: Vec<[f64; 2]> = shares
+        .map(|(k, share)| [(k + 1) as f64, 100.0 * share])
+        .collect();
+    let neighbours = Panel {
+        title: format!(
+            "b  false nearest neighbours: dimension {}",
+            choice.dimension
+        ),
+        x: Axis::linear("dimension", [0.5, shares.len() as f64 + 0.5]),
+        y: Axis::linear("false neighbours, %", [0.0, 105.0]),
+        marks: vec![
+            line(shares.clone(), FAINT),
+            Mark::Dots {
+                points: shares,
+                radius: 3.5,
+                color: VERMILION,
+                label: String::new(),
+            },
+        ],
+    };
+    let title = format!("Fig. 8 — choice of delay and dimension at {tilt_deg}°");
+    Figure::new(
+        "figure-8",
+        &title,
+        [1100, 480],
+        &[vec![information, neighbours]],
+    )
+}
