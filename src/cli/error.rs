@@ -49,6 +49,16 @@ pub enum CliError {
         /// Why.
         source: Cause,
     },
+    /// More exponents than there are.
+    #[error(
+        "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
+    )]
+    Exponents {
+        /// How many were asked for.
+        asked: usize,
+        /// How many there are.
+        dimension: usize,
+    },
     /// Ctrl-C.
     #[error("interrupted; what was reached until then is kept")]
     Interrupted,
@@ -59,6 +69,7 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
+            Self::Exponents { .. } => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
             Self::Output(_) | Self::Run { .. } => 1,

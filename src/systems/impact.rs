@@ -99,6 +99,10 @@ impl System for ImpactOscillator {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        self.drive == 0.0 || self.drive_omega == 0.0
+    }
 }
 
 impl Switching for ImpactOscillator {
@@ -144,6 +148,12 @@ impl Switching for ImpactOscillator {
     fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
         if status[0] == Self::RESTING {
             z.copy_from_slice(&[self.wall, 0.0]);
+        }
+    }
+
+    fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], _width: usize) {
+        if status[0] == Self::RESTING {
+            vectors.fill(0.0);
         }
     }
 
