@@ -79,6 +79,16 @@ pub enum CliError {
         /// Why.
         source: Cause,
     },
+    /// More exponents than there are.
+    #[error(
+        "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
+    )]
+    Exponents {
+        /// How many were asked for.
+        asked: usize,
+        /// How many there are.
+        dimension: usize,
+    },
     /// Ctrl-C.
     #[error("interrupted; what was reached until then is kept")]
     Interrupted,
@@ -90,6 +100,7 @@ impl CliError {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::WouldReplace { .. }
+            | Self::Exponents { .. }
             | Self::ForeignLog { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. } => 2,

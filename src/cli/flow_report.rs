@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::dynamics::Exponent;
-use crate::pipeline::message::{Exponents, Parting};
+use crate::dynamics::{LyapunovSpectrum, Motion, Sign};
+use crate::pipeline::message::{Exponents, Parting, PartingLine};
 
 /// More exponents than these are read in the recording or the JSON file.
 const EXPONENTS_SHOWN: usize = 4;
@@ -11,8 +11,10 @@ const EXPONENTS_SHOWN: usize = 4;
 /// Lyapunov exponents at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExponentsReport {
-    /// What the motion comes to, such as `limit cycle`, `chaos` or `undecided`.
-    pub attractor: String,
+    /// What the motion comes to, by the names of `squeakscope lyapunov`: `cycle`, `chaos`, ...
+    pub attractor: &'static str,
+    /// The same in words, such as `limit cycle`.
+    pub words: String,
     /// The exponents, the largest first.
     pub exponents: Vec<ExponentReport>,
     /// How many there are in all.
@@ -30,16 +32,42 @@ pub struct ExponentsReport {
 /// One exponent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExponentReport {
-    /// Its value, 1/s.
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its value, 1/s; not finite for a direction that collapses.
     pub value_per_s: f64,
     /// Half the width of its 95 % interval, 1/s; not finite where it cannot be told.
     pub half_width_per_s: f64,
-    /// Its value over the lowest natural frequency: for the time `tau = omega_1 t`.
-    pub over_omega_1: f64,
+    /// Its value over `omega_1`, the lowest natural frequency: for the time `tau = omega_1 t`.
+    pub value_over_omega_1: f64,
+    /// Half the width of its interval over `omega_1`.
+    pub half_width_over_omega_1: f64,
+    /// `positive`, `zero`, `negative` or `doubtful`.
+    pub sign: &'static str,
+}
+
+/// The exponents of a spectrum.
+pub(super) fn exponents(spectrum: &LyapunovSpectrum, omega_1: f64) -> Vec<ExponentReport> {
+    let exponents = spectrum.exponents.iter().enumerate();
+    exponents
+        .map(|(k, e)| ExponentReport {
+            number: k + 1,
+            value_per_s: e.value,
+            half_width_per_s: e.half_width,
+            value_over_omega_1: e.value / omega_1,
+            half_width_over_omega_1: e.half_width / omega_1,
+            sign: match spectrum.sign(k) {
+                Sign::Positive => "positive",
+                Sign::Zero => "zero",
+                Sign::Negative => "negative",
+                Sign::Doubtful => "doubtful",
+            },
+        })
+        .collect()
 }
 
 /// The dimension of an attractor.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DimensionReport {
     /// Its value.
     pub value: f64,
@@ -47,26 +75,32 @@ pub struct DimensionReport {
     pub half_width: f64,
 }
 
+impl DimensionReport {
+    /// The Kaplan-Yorke dimension; `None` where it is not known, or where nothing moves: an equilibrium is
+    /// a point, whatever its neighbours do.
+    pub(super) fn of(spectrum: &LyapunovSpectrum, motion: Motion) -> Option<Self> {
+        let told = !spectrum.exponents.is_empty() && motion != Motion::Still;
+        let known = spectrum.kaplan_yorke().filter(|_| told);
+        known.map(|dimension| Self {
+            value: dimension.value,
+            half_width: dimension.half_width,
+        })
+    }
+}
+
 impl ExponentsReport {
     /// What there is to say of exponents.
     pub fn new(exponents: &Exponents) -> Self {
         let spectrum = &exponents.spectrum;
-        let one = |exponent: &Exponent| ExponentReport {
-            value_per_s: exponent.value,
-            half_width_per_s: exponent.half_width,
-            over_omega_1: exponent.value / exponents.omega_1,
-        };
         Self {
-            attractor: exponents.attractor().to_string(),
-            exponents: spectrum.exponents.iter().map(one).collect(),
+            attractor: exponents.attractor().name(),
+            words: exponents.attractor().to_string(),
+            exponents: self::exponents(spectrum, exponents.omega_1),
             dimension: spectrum.dimension,
             averaged_s: spectrum.time,
             resolution_per_s: spectrum.resolution,
             omega_1_rad_per_s: exponents.omega_1,
-            kaplan_yorke: spectrum.kaplan_yorke().map(|dimension| DimensionReport {
-                value: dimension.value,
-                half_width: dimension.half_width,
-            }),
+            kaplan_yorke: DimensionReport::of(spectrum, exponents.motion),
         }
     }
 
@@ -91,7 +125,7 @@ impl ExponentsReport {
             "  exponents {}{more} 1/s over {:.0} ms: {}{dimension}\n",
             shown.join(", "),
             1e3 * self.averaged_s,
-            self.attractor
+            self.words
         )
     }
 }
@@ -103,10 +137,15 @@ pub struct ButterflyReport {
     pub start_s: f64,
     /// Distance of the two over the size of the motion.
     pub distance: f64,
-    /// Slope of the distance's logarithm until it is saturated, 1/s.
+    /// Slope of the distance's logarithm, from above the errors of the steps until it is saturated, 1/s;
+    /// `null` where there is none.
     pub rate_per_s: Option<f64>,
+    /// Half the width of its 95 % interval, 1/s.
+    pub rate_half_width_per_s: Option<f64>,
     /// When the distance had become as large as the motion, s.
     pub saturated_s: Option<f64>,
+    #[serde(skip)]
+    line: Option<PartingLine>,
 }
 
 impl ButterflyReport {
@@ -116,14 +155,25 @@ impl ButterflyReport {
             start_s: parting.start,
             distance: parting.distance,
             rate_per_s: parting.line.map(|line| line.rate),
+            rate_half_width_per_s: parting.line.map(|line| line.half_width),
+            line: parting.line,
             saturated_s: parting.saturated,
         }
     }
 
     /// A line for the terminal.
     pub fn text(&self) -> String {
-        let rate = match self.rate_per_s {
-            Some(rate) => format!(", growing by {rate:.1} 1/s"),
+        let rate = match &self.line {
+            Some(line) => {
+                let (rate, error) = (line.rate, line.half_width);
+                if line.grows() {
+                    format!(", growing by {rate:.1} +- {error:.1} 1/s")
+                } else if line.shrinks() {
+                    format!(", shrinking by {:.1} +- {error:.1} 1/s", -rate)
+                } else {
+                    format!(", neither growing nor shrinking ({rate:.1} +- {error:.1} 1/s)")
+                }
+            }
             None => String::new(),
         };
         let end = match self.saturated_s {
@@ -141,8 +191,7 @@ impl ButterflyReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::LyapunovSpectrum;
-    use crate::pipeline::message::PartingLine;
+    use crate::dynamics::Exponent;
 
     #[test]
     fn exponents_are_told_in_a_line_and_in_numbers() {
@@ -156,6 +205,7 @@ mod tests {
                 resolution: 5.0,
                 kaplan_yorke: None,
             },
+            motion: Motion::Free,
             omega_1: 1e4,
         });
         assert!(
@@ -164,7 +214,9 @@ mod tests {
                 .starts_with("  exponents 71.2 +- 9.0, 0.5 1/s over 200 ms: ")
         );
         let json = serde_json::to_value(&report).expect("JSON");
-        assert_eq!(json["exponents"][0]["over_omega_1"], 71.25e-4);
+        assert_eq!(json["exponents"][0]["value_over_omega_1"], 71.25e-4);
+        assert_eq!(json["exponents"][0]["sign"], "positive");
+        assert_eq!(json["attractor"], "chaos");
         assert!(json["exponents"][1]["half_width_per_s"].is_null());
     }
 
@@ -183,10 +235,18 @@ mod tests {
         );
         parting.line = Some(PartingLine {
             rate: 70.0,
+            half_width: 5.0,
+            since: 0.06,
             intercept: 0.0,
         });
         parting.saturated = Some(0.18);
         let text = ButterflyReport::new(&parting).text();
-        assert!(text.ends_with("growing by 70.0 1/s, until it saturated at 180 ms\n"));
+        assert!(text.ends_with("growing by 70.0 +- 5.0 1/s, until it saturated at 180 ms\n"));
+        parting.line = parting.line.map(|line| PartingLine { rate: 3.0, ..line });
+        let text = ButterflyReport::new(&parting).text();
+        assert!(
+            text.contains("neither growing nor shrinking (3.0 +- 5.0 1/s)"),
+            "{text}"
+        );
     }
 }

@@ -1,5 +1,6 @@
 //! `squeakscope lyapunov`: does the motion repeat, drift on a torus, or forget itself, and how fast?
 
+use std::error::Error;
 use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,9 +10,10 @@ use super::args::LyapunovArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::lyapunov_report::{LyapunovReport, csv, in_brief};
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputError, OutputFile, check_all, check_apart, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport};
+use crate::dynamics::DynamicsError;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::lyapunov::{
     Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
@@ -41,7 +43,19 @@ pub(super) fn lyapunov(args: &LyapunovArgs, tools: &Tools) -> Result<(), CliErro
 fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    let to_terminal = args.json.as_deref() == Some(Path::new("-"));
+    let terminal = Some(Path::new("-"));
+    let json_shown = args.json.as_deref() == terminal;
+    let csv_shown = args.csv.as_deref() == terminal;
+    if json_shown && csv_shown {
+        let (option, other) = ("--csv", "--json");
+        let path = PathBuf::from("-");
+        return Err(OutputError::Twice {
+            path,
+            option,
+            other,
+        }
+        .into());
+    }
     let png = args.png.as_deref().map(picture);
     let directory = args.png.as_deref().filter(|_| png != args.png);
     if let Some(directory) = directory {
@@ -50,12 +64,20 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     let [json, csv_file, picture] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [
-            ("--json", args.json.as_deref().filter(|_| !to_terminal)),
-            ("--csv", args.csv.as_deref()),
-            // A directory that is still to be made has been checked above.
-            ("--png", png.as_deref().filter(|_| directory.is_none())),
+            ("--json", args.json.as_deref().filter(|_| !json_shown)),
+            ("--csv", args.csv.as_deref().filter(|_| !csv_shown)),
+            // In a directory that is still to be made there is no other file.
+            (
+                "--png",
+                png.as_deref()
+                    .filter(|_| directory.is_none_or(Path::is_dir)),
+            ),
         ],
     )?;
+    if let Some(directory) = directory {
+        let others = [("--json", json.as_ref()), ("--csv", csv_file.as_ref())];
+        check_apart(directory, "--png", &others)?;
+    }
     let request = LyapunovRequest {
         count: args.exponents.unwrap_or(Count::All),
         settle: args.settle.map(|ms| 1e-3 * ms),
@@ -64,6 +86,7 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
             (None, Some(half_width)) => Goal::HalfWidth(half_width),
             (None, None) => Goal::Verdict,
         },
+        tolerance: args.tolerance,
     };
     let progress = Progress::of_estimate();
     let found = (tools.follow)(&scene, &request, &mut |at| {
@@ -73,7 +96,10 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     // The bar goes before anything else is printed.
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };
-    let found = found.map_err(failed("averaging of exponents"))?;
+    let found = found.map_err(|source| match too_many(source.as_ref()) {
+        Some(refused) => refused,
+        None => failed("averaging of exponents")(source),
+    })?;
 
     let mut files = Vec::new();
     if let Some(file) = &csv_file {
@@ -97,14 +123,27 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
         files.push(FileReport::of(&file)?);
     }
     let report = LyapunovReport::new(&scene.name, &request, &found, files);
-    if to_terminal {
+    if json_shown {
         report::print_json(&report)?;
+    } else if csv_shown {
+        report::print(&csv(&found.study.running))?;
+        report::write_json(&report, json.as_ref())?;
     } else {
         report::deliver(&report, json.as_ref())?;
     }
     match found.study.ending {
         Ending::Stopped => Err(CliError::Interrupted),
         Ending::Reached | Ending::OutOfTime => Ok(()),
+    }
+}
+
+/// Whether more exponents were asked for than there are, among the causes of a fault.
+fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
+    match cause.downcast_ref() {
+        Some(&DynamicsError::Width { asked, dimension }) => {
+            Some(CliError::Exponents { asked, dimension })
+        }
+        _ => cause.source().and_then(too_many),
     }
 }
 

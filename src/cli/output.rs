@@ -164,6 +164,29 @@ pub fn check_directory(path: &Path, option: &'static str) -> Result<(), OutputEr
     Ok(())
 }
 
+/// Checks that a directory that is still to be made will not be in the way of an output, nor an output
+/// in its way.
+///
+/// # Errors
+/// When an output has the path of the directory, or of one above it.
+pub fn check_apart(
+    directory: &Path,
+    option: &'static str,
+    others: &[(&'static str, Option<&OutputFile>)],
+) -> Result<(), OutputError> {
+    for (other, file) in others {
+        let is_file = |a: &Path| file.is_some_and(|file| file.path() == resolved(a));
+        if directory.ancestors().any(is_file) {
+            return Err(OutputError::Twice {
+                path: directory.to_owned(),
+                option,
+                other,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// A path with its links resolved; of a file that is not there yet, those of its directory.
 fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {
@@ -285,6 +308,20 @@ mod tests {
             assert!(matches!(error, OutputError::NotADirectory { .. }));
         }
         assert_eq!(names_in(folder.path()), 1);
+    }
+
+    #[test]
+    fn a_directory_to_be_made_and_a_file_cannot_share_a_path() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
+        let file = OutputFile::check(&new, "--csv").expect("writable");
+        for directory in [&new, &below] {
+            let clash = check_apart(directory, "--png", &[("--csv", Some(&file))]);
+            assert!(matches!(clash, Err(OutputError::Twice { .. })));
+            check_apart(directory, "--png", &[("--csv", None)]).expect("no file");
+        }
+        let other = folder.path().join("other");
+        check_apart(&other, "--png", &[("--csv", Some(&file))]).expect("apart");
     }
 
     #[cfg(unix)]

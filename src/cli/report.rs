@@ -445,13 +445,22 @@ impl Report for ModelReport {
 /// # Errors
 /// When the JSON file cannot be written.
 pub fn deliver(report: &impl Report, json: Option<&OutputFile>) -> Result<(), OutputError> {
-    if let Some(file) = json {
-        file.write(|out| {
-            serde_json::to_writer_pretty(&mut *out, report)?;
-            writeln!(out)
-        })?;
-    }
+    write_json(report, json)?;
     print(&report.text())
+}
+
+/// Writes a result as JSON, where a file is given.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_json(report: &impl Report, json: Option<&OutputFile>) -> Result<(), OutputError> {
+    let Some(file) = json else {
+        return Ok(());
+    };
+    file.write(|out| {
+        serde_json::to_writer_pretty(&mut *out, report)?;
+        writeln!(out)
+    })
 }
 
 /// Prints a result as JSON in place of its text.

@@ -183,6 +183,22 @@ impl Controller {
         (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
     }
 
+    /// The relative error allowed in a step.
+    pub fn tolerance(&self) -> f64 {
+        self.accuracy.relative
+    }
+
+    /// Allows another relative error in a step.
+    pub fn allow(&mut self, relative: f64) -> Result<(), DynamicsError> {
+        let accuracy = Accuracy {
+            relative,
+            ..self.accuracy
+        };
+        accuracy.check()?;
+        self.accuracy = accuracy;
+        Ok(())
+    }
+
     /// Forbids steps longer than `max_step` (s).
     pub fn limit(&mut self, max_step: f64) {
         self.max_step = max_step;

@@ -26,6 +26,10 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
 
     /// Ends the last step at time `t` (s) within it, at the state of the dense output there.
     pub fn cut(&mut self, t: f64) {
+        // An event at the very end cuts nothing.
+        if t == self.end_time {
+            return;
+        }
         let mut end = std::mem::take(&mut self.end);
         self.interpolate(t, &mut end);
         self.end = end;

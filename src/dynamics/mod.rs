@@ -81,7 +81,9 @@ pub use control::Accuracy;
 pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method};
-pub use lyapunov::{Attractor, Convergence, Exponent, LyapunovSpectrum, Sign};
+pub use lyapunov::{
+    Attractor, Exponent, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, Sign, Stability,
+};
 pub use switching::Switching;
 pub use system::System;
 pub use tally::Tally;

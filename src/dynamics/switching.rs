@@ -38,6 +38,11 @@ pub trait Switching {
     /// against the drift by the errors of the steps. Nothing to do where a status holds nothing.
     fn settle(&self, _status: &[u8], _t: f64, _z: &mut [f64]) {}
 
+    /// The derivative of [`Switching::settle`], applied in place to `width` tangent vectors (see
+    /// [`Differentiable::product`](super::Differentiable::product) for their order): what a status
+    /// holds fixed, it holds fixed for neighbours, too. Nothing to do where a status holds nothing.
+    fn settle_tangents(&self, _status: &[u8], _vectors: &mut [f64], _width: usize) {}
+
     /// Whether nothing jumps at any guard: the state goes on, and the laws before and after agree on
     /// the guard. Then the tangent flow passes unchanged (the correction of Eq. (16) vanishes), and
     /// a step may run over the guards. `false` where not proven.

@@ -50,6 +50,12 @@ pub trait System {
         None
     }
 
+    /// Whether the law itself does not change with time. The phase of a drive has no exponent, so
+    /// that what exponents of zero mean depends on this ([`Motion`](super::Motion)).
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+
     /// The number of modes `m`.
     fn modes(&self) -> usize {
         self.omega().len()

@@ -54,12 +54,22 @@ pub fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     // Temporary files are private by default; here the user's umask decides.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.prefix(".squeakscope-").tempfile_in(folder)
+    // The library's message has the name of the temporary file, which nobody asked for.
+    let made = builder.prefix(".squeakscope-").tempfile_in(folder);
+    made.map_err(|fault| fault.kind().into())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_missing_folder_is_told_without_the_name_of_a_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let fault = temporary_beside(&folder.path().join("absent/out")).unwrap_err();
+        assert_eq!(fault.kind(), io::ErrorKind::NotFound);
+        assert!(!fault.to_string().contains("squeakscope-"), "{fault}");
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file() {

@@ -264,8 +264,10 @@ fn draw_mark(
             points, color: c, ..
         } => {
             let style = color(*c).stroke_width(3 * FINE / 2);
-            let points = points.iter().filter(finite).map(|p| at(*p));
-            chart.draw_series(LineSeries::new(points, style))?;
+            let points: Vec<_> = points.iter().filter(finite).map(|p| at(*p)).collect();
+            for piece in pieces(&points, [left, right], [low, high]) {
+                chart.draw_series(LineSeries::new(piece, style))?;
+            }
         }
         Mark::Dots {
             points,
@@ -369,6 +371,42 @@ fn draw_mark(
     Ok(())
 }
 
+/// The parts of a curve within the axes. The library would draw the others along the frame.
+fn pieces(
+    points: &[(f64, f64)],
+    [left, right]: [f64; 2],
+    [low, high]: [f64; 2],
+) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    for pair in points.windows(2) {
+        let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
+        // The share of the stretch that is within both ranges, from `from` to `to`.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (start, by, [low, high]) in [(x0, x1 - x0, [left, right]), (y0, y1 - y0, [low, high])] {
+            if by == 0.0 && !(low..=high).contains(&start) {
+                to = -1.0;
+            } else if by != 0.0 {
+                let [a, b] = [low, high].map(|end| (end - start) / by);
+                (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+            }
+        }
+        if from > to {
+            continue;
+        }
+        let place = |share: f64| match share {
+            0.0 => pair[0],
+            1.0 => pair[1],
+            share => (x0 + share * (x1 - x0), y0 + share * (y1 - y0)),
+        };
+        let (from, to) = (place(from), place(to));
+        match pieces.last_mut() {
+            Some(piece) if piece.last() == Some(&from) => piece.push(to),
+            _ => pieces.push(vec![from, to]),
+        }
+    }
+    pieces
+}
+
 /// Pixels as a PNG.
 fn encode([width, height]: [usize; 2], pixels: &[Rgb]) -> Result<Vec<u8>, Failed> {
     let mut data = Vec::new();
@@ -384,6 +422,23 @@ fn encode([width, height]: [usize; 2], pixels: &[Rgb]) -> Result<Vec<u8>, Failed
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_curve_ends_where_it_leaves_the_axes() {
+        let square = |points: &[(f64, f64)]| pieces(points, [0.0, 2.0], [0.0, 1.0]);
+        let inside = [(0.0, 0.0), (1.0, 1.0), (2.0, 0.5)];
+        assert_eq!(square(&inside), [inside.to_vec()]);
+        let out_and_in = square(&[(0.0, 0.0), (1.0, 2.0), (2.0, 0.0)]);
+        assert_eq!(
+            out_and_in,
+            [vec![(0.0, 0.0), (0.5, 1.0)], vec![(1.5, 1.0), (2.0, 0.0)]]
+        );
+        assert!(square(&[(0.0, 3.0), (1.0, 2.0), (1.5, 2.0)]).is_empty());
+        assert_eq!(
+            square(&[(-1.0, 0.5), (3.0, 0.5)]),
+            [vec![(0.0, 0.5), (2.0, 0.5)]]
+        );
+    }
 
     #[test]
     fn ticks_are_short() {

@@ -87,12 +87,21 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
         points.clone().map(|e| e.value).sum::<f64>(),
         spectrum.exponents.len(),
     );
+    let collapsed = points
+        .clone()
+        .filter(|e| e.value == f64::NEG_INFINITY)
+        .count();
+    let mut title = match count == spectrum.dimension {
+        true if sum.is_finite() => format!("all {count}, in sum {sum:.1} 1/s"),
+        true => format!("all {count}"),
+        false => format!("the largest {count} of {}", spectrum.dimension),
+    };
+    // They have no place on the axis.
+    if collapsed > 0 {
+        title += &format!("; minus infinity: {collapsed}");
+    }
     Panel {
-        title: if count == spectrum.dimension && sum.is_finite() {
-            format!("all {count}, in sum {sum:.1} 1/s")
-        } else {
-            format!("the largest {count} of {}", spectrum.dimension)
-        },
+        title,
         x: Axis::linear("number", [0.5, count.max(1) as f64 + 0.5]),
         y: Axis::around("exponent, 1/s", ends(points).chain([0.0])),
         marks,

@@ -1,7 +1,7 @@
 //! The figure of exponents made by hand.
 
 use super::*;
-use crate::dynamics::Tally;
+use crate::dynamics::{Motion, Tally};
 use crate::study::lyapunov::{Ending, LyapunovStudy};
 
 /// A chaotic motion whose exponents come to their values with the time averaged.
@@ -32,16 +32,18 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
     SceneLyapunov {
         study: LyapunovStudy {
             spectrum,
+            motion: Motion::Free,
             running,
             mean_trace: None,
             ending: Ending::Reached,
+            settled: 0.06,
             tally: Tally::default(),
             followed: time,
             busy_seconds: 1.0,
         },
         tilt: Some(0.087),
         transient: 0.25,
-        settle: 0.06,
+        tolerance: Some(1e-5),
         omega_1: 10_669.0,
     }
 }
@@ -88,6 +90,7 @@ fn what_cannot_be_known_is_left_out() {
     short.study.spectrum.exponents[21].value = f64::NEG_INFINITY;
     let figure = lyapunov_figure("short", &short).unwrap();
     assert!(is_finite(&figure) && figure.svg.contains("doubtful"));
+    assert!(figure.svg.contains("all 22; minus infinity: 1"));
 
     let one = lyapunov_figure("one", &found(&[62.0], 22)).unwrap();
     assert!(is_finite(&one) && one.svg.contains("the largest 1 of 22"));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
-use crate::dynamics::{Attractor, LyapunovSpectrum, Tally};
+use crate::dynamics::{Attractor, LyapunovSpectrum, Motion, Tally};
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,25 +78,17 @@ pub struct Exponents {
     pub time: f64,
     /// The exponents, by the growth since the motion has settled.
     pub spectrum: LyapunovSpectrum,
+    /// What is known of the motion beside them.
+    pub motion: Motion,
     /// The lowest natural frequency `omega_1`, rad/s: an exponent over it belongs to the time
     /// `tau = omega_1 t`.
     pub omega_1: f64,
 }
 
 impl Exponents {
-    /// Periods of the lowest natural frequency over which growth has to be averaged before an
-    /// exponent near zero is taken for zero. In less time, one that decays slowly looks alike.
-    const PERIODS_FOR_ZERO: f64 = 1000.0;
-
-    /// What the motion comes to. A verdict that rests on exponents being zero takes its time; a
-    /// positive exponent shows sooner.
+    /// What the motion comes to.
     pub fn attractor(&self) -> Attractor {
-        let periods = self.spectrum.time * self.omega_1 / std::f64::consts::TAU;
-        match self.spectrum.attractor() {
-            shown @ (Attractor::Chaos | Attractor::HyperChaos(_)) => shown,
-            told if periods >= Self::PERIODS_FOR_ZERO => told,
-            _ => Attractor::Undecided,
-        }
+        self.spectrum.attractor_of(self.motion)
     }
 }
 
@@ -114,6 +106,8 @@ pub struct TwinSamples {
     /// Distance of the two states in the norm of the vibration's energy, over the largest size
     /// (norm of the state) that the first copy has had.
     pub distance: Vec<f64>,
+    /// Distance below which the two may be parted by the errors of their steps, and not by the flow.
+    pub floor: f64,
 }
 
 /// How far two copies have parted.
@@ -126,8 +120,8 @@ pub struct Parting {
     /// Their distance, see [`TwinSamples::distance`]: root of the mean square since the last such
     /// record.
     pub distance: f64,
-    /// The straight line through the logarithm of the distance, from the start until it is
-    /// saturated; `None` as long as there are too few distances.
+    /// The straight line through the logarithm of the distance, from where it last rose above
+    /// [`TwinSamples::floor`] until it is saturated; `None` as long as there are too few distances.
     pub line: Option<PartingLine>,
     /// When the distance had become as large as the motion itself, s; it can grow no more.
     pub saturated: Option<f64>,
@@ -138,8 +132,24 @@ pub struct Parting {
 pub struct PartingLine {
     /// The rate, 1/s: an estimate of the largest exponent.
     pub rate: f64,
+    /// Half the width of its 95 % interval by the scatter about the line, 1/s.
+    pub half_width: f64,
+    /// Time of the first distance that the line goes through, s.
+    pub since: f64,
     /// Logarithm of the distance at the start.
     pub intercept: f64,
+}
+
+impl PartingLine {
+    /// Whether the distance grows, as far as the scatter about the line can tell.
+    pub fn grows(&self) -> bool {
+        self.rate > self.half_width
+    }
+
+    /// Whether the distance shrinks, as far as the scatter about the line can tell.
+    pub fn shrinks(&self) -> bool {
+        self.rate < -self.half_width
+    }
 }
 
 /// A batch of uniform samples with what belongs to the same stretch of time. Owned data.

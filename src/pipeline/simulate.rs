@@ -150,6 +150,15 @@ impl Simulation {
         }
     }
 
+    /// Lands at the end of the run, and tilts the load to where its schedule is there: a frame has the
+    /// tilt of its start. To be called after the last frame.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled at that tilt, or the integrator cannot go on.
+    pub fn hold_last_tilt(&mut self) -> Result<(), PipelineError> {
+        self.follow_tilt(self.next_sample as f64 / self.scene.sample_rate)
+    }
+
     /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
     /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
     /// vectors and their growth: exponents of a ramp are averages over it.

@@ -13,7 +13,7 @@ use super::{
     stream,
     style::{self, FullScale, Quantity, short},
 };
-use crate::pipeline::message::{Frame, Header, Parting};
+use crate::pipeline::message::{Frame, Header, Parting, PartingLine};
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
 const TRAIL: f64 = 4e-3;
@@ -132,12 +132,12 @@ impl Butterfly {
         let Some((parting, line)) = self.last.and_then(|last| Some((last, last.line?))) else {
             return Ok(());
         };
-        let name = format!("slope λ = {} per s", short(line.rate));
+        let name = format!("slope λ = {} per s", rate(line));
         name_series(rec, paths::BUTTERFLY_LINE, [name], [style::ACCENT])?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
         rec.log_static(paths::BUTTERFLY_LINE, &width)?;
         let mut rows = Rows::new(paths::BUTTERFLY_LINE, 1);
-        for time in [parting.start, parting.saturated.unwrap_or(parting.time)] {
+        for time in [line.since, parting.saturated.unwrap_or(parting.time)] {
             let level = line.intercept + line.rate * (time - parting.start);
             rows.push(time, [level / std::f64::consts::LN_10]);
         }
@@ -154,20 +154,27 @@ impl Butterfly {
     }
 }
 
+/// The rate of a line with its error.
+fn rate(line: PartingLine) -> String {
+    format!("{} ± {}", short(line.rate), short(line.half_width))
+}
+
 /// How far they have parted, in words.
 fn document(header: &Header, parting: &Parting) -> String {
     let age = Quantity::Time.words(parting.time - parting.start);
     let heading = match parting.saturated {
         Some(_) => "Parted for good",
-        None if parting.line.is_some_and(|line| line.rate > 0.0) => "Parting",
+        None if parting.line.is_some_and(|line| line.grows()) => "Parting",
         None => "Still together",
     };
     let line = match parting.line {
         Some(line) => format!(
             "Slope of ln(distance): **λ = {} per s**, an estimate of the largest exponent.",
-            short(line.rate)
+            rate(line)
         ),
-        None => "Too early for a slope.".to_owned(),
+        None => {
+            "No slope yet: too few distances, or none above the errors of the steps.".to_owned()
+        }
     };
     let saturated = match parting.saturated {
         Some(time) => format!(
@@ -188,7 +195,7 @@ fn document(header: &Header, parting: &Parting) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{pipeline::message::PartingLine, record::demo};
+    use crate::record::demo;
 
     #[test]
     fn parting_reads_well() {
@@ -206,9 +213,11 @@ mod tests {
         assert!(text.contains("**2.5e-4** of the motion"), "{text}");
         parting.line = Some(PartingLine {
             rate: 71.2,
+            half_width: 4.0,
+            since: 0.06,
             intercept: -20.0,
         });
-        assert!(document(&header, &parting).contains("λ = 71.2 per s"));
+        assert!(document(&header, &parting).contains("λ = 71.2 ± 4 per s"));
         parting.saturated = Some(0.14);
         let text = document(&header, &parting);
         assert!(text.starts_with("## Parted for good") && text.contains("took **90 ms**"));

@@ -231,7 +231,7 @@ fn with_error(value: &Exponent, factor: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::demo;
+    use crate::{dynamics::Motion, record::demo};
 
     #[test]
     fn exponents_read_well() {
@@ -253,6 +253,7 @@ mod tests {
                 resolution: 6.7,
                 kaplan_yorke: None,
             },
+            motion: Motion::Free,
             omega_1: 1e4,
         };
         let text = document(&demo::header(0.3), &exponents);

@@ -156,6 +156,12 @@ impl Switching for MassOnBelt {
         }
     }
 
+    fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], width: usize) {
+        if status[0] == Self::STICKS {
+            vectors[width..].fill(0.0);
+        }
+    }
+
     fn guard_gradient(
         &self,
         status: &[u8],

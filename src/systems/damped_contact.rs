@@ -76,6 +76,10 @@ impl System for DampedContact {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        self.drive == 0.0 || self.drive_omega == 0.0
+    }
 }
 
 impl Switching for DampedContact {

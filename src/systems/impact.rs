@@ -69,10 +69,11 @@ impl ImpactOscillator {
     /// bouncing ends.
     fn rebound(&self, t: f64, v: f64) -> Option<f64> {
         let after = if v < 0.0 { -self.restitution * v } else { v };
-        let (press, r) = (self.press(t), self.restitution);
-        // Each bounce adds its rounding; their sum, a geometric series, is what must not be met.
-        let brief = (1.0 - r) * 2.0 * after <= BRIEF * t.abs() * press;
-        let low = (1.0 - r * r) * after * after <= LOW * self.wall.abs() * 2.0 * press;
+        let press = self.press(t);
+        // Only the next flight counts, however slowly the flights shrink: an elastic wall returns all
+        // that it gets, for ever.
+        let brief = 2.0 * after <= BRIEF * t.abs() * press;
+        let low = after * after <= LOW * self.wall.abs() * 2.0 * press;
         let ends = press > 0.0 && (brief || low);
         (!ends).then_some(after)
     }
@@ -97,6 +98,10 @@ impl System for ImpactOscillator {
 
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
+    }
+
+    fn is_autonomous(&self) -> bool {
+        self.drive == 0.0 || self.drive_omega == 0.0
     }
 }
 
@@ -143,6 +148,12 @@ impl Switching for ImpactOscillator {
     fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
         if status[0] == Self::RESTING {
             z.copy_from_slice(&[self.wall, 0.0]);
+        }
+    }
+
+    fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], _width: usize) {
+        if status[0] == Self::RESTING {
+            vectors.fill(0.0);
         }
     }
 

@@ -1,14 +1,17 @@
 //! What the exponents of the scenes are: zero on cycles and tori, positive in chaos.
 
-use squeakscope::dynamics::{Attractor, Exponent, Sign};
+use squeakscope::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
 use squeakscope::scene::{Scene, Schedule};
-use squeakscope::study::lyapunov::{Count, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov};
+use squeakscope::study::lyapunov::{
+    Count, Goal, LyapunovRequest, RESOLVING, SceneLyapunov, scene_lyapunov,
+};
 
 fn follow(scene: Scene, count: Count, goal: Goal) -> SceneLyapunov {
     let request = LyapunovRequest {
         count,
         settle: None,
         goal,
+        tolerance: None,
     };
     scene_lyapunov(&scene, &request, &mut |_| true).expect("done")
 }
@@ -28,7 +31,7 @@ fn signs(found: &SceneLyapunov) -> (Vec<Sign>, &[Exponent]) {
 #[test]
 fn cycles_have_one_zero_exponent() {
     for name in ["periodic-2deg", "mode-shift-3.5deg"] {
-        let found = follow(scene(name), Count::Largest(3), Goal::Time(0.4));
+        let found = follow(scene(name), Count::Largest(3), Goal::Time(0.65));
         let (signs, exponents) = signs(&found);
         let expected = [Sign::Zero, Sign::Negative, Sign::Negative];
         assert_eq!(signs, expected, "{name}: {exponents:?}");
@@ -55,16 +58,63 @@ fn chaos_has_a_positive_exponent() {
 }
 
 /// All exponents add up to the mean trace, where the steps resolve the fastest contraction (about
-/// 1.5e5 1/s, a node that nearly sticks): at the scene's own tolerance, 1e-5, the sum is 11 % off, at
-/// 1e-7 0.09 %, at 1e-9 0.008 %. The exponents near zero do not mind.
+/// 2e5 1/s, a node that nearly sticks): at the scenes' tolerance, 1e-5, the sum is 12 % off, at 1e-7
+/// 0.09 %, at 1e-9 0.008 %. Where all are followed, the steps are made short enough for it.
 #[test]
 fn the_sum_is_the_mean_trace() {
-    let mut scene = scene("torus-3deg");
-    scene.integrator.tolerance = 1e-9;
-    let found = follow(scene, Count::All, Goal::Time(0.02));
-    let (sum, trace) = (found.study.sum(), found.study.mean_trace);
-    let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
-    assert!((sum / trace - 1.0).abs() < 3e-4, "{sum} {trace}");
+    for name in ["torus-3deg", "chaos-5deg"] {
+        let scene = scene(name);
+        assert_eq!(scene.integrator.tolerance, 1e-5);
+        let found = follow(scene, Count::All, Goal::Time(0.05));
+        assert_eq!(found.tolerance, Some(RESOLVING));
+        let (sum, trace) = (found.study.sum(), found.study.mean_trace);
+        let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
+        assert!((sum / trace - 1.0).abs() < 1e-3, "{name}: {sum} {trace}");
+        let imbalance = found.study.imbalance().expect("both");
+        assert!(imbalance < 1e-3, "{imbalance}");
+    }
+    // As many as there are is all of them; fewer keep the scene's tolerance.
+    let found = follow(scene("torus-3deg"), Count::Largest(22), Goal::Time(1e-3));
+    assert_eq!(found.tolerance, Some(RESOLVING));
+    let found = follow(scene("torus-3deg"), Count::Largest(21), Goal::Time(1e-3));
+    assert_eq!(found.tolerance, Some(1e-5));
+}
+
+/// Ten milliseconds are 17 periods: nothing near zero is a zero yet, and no dimension is told of it.
+#[test]
+fn a_short_time_makes_no_torus() {
+    let found = follow(scene("periodic-2deg"), Count::All, Goal::Time(0.01));
+    let spectrum = &found.study.spectrum;
+    assert_eq!(spectrum.count(Sign::Zero), 0, "{spectrum:?}");
+    assert_eq!(found.study.attractor(), Attractor::Undecided);
+    assert_eq!(spectrum.kaplan_yorke(), None);
+}
+
+/// Without a kick the joint stays in steady sliding, to the last bit, which is unstable at 5 degrees.
+#[test]
+fn exact_rest_is_an_equilibrium() {
+    let mut scene = scene("chaos-5deg").with_duration(5.0).expect("in range");
+    scene.start.kick = 0.0;
+    let found = follow(scene, Count::Largest(4), Goal::Time(0.05));
+    assert_eq!(found.study.motion, Motion::Still);
+    let unstable = Attractor::Equilibrium(Stability::Unstable);
+    assert_eq!(found.study.attractor(), unstable);
+}
+
+/// The last frame of a ramp has the tilt of its start; what is averaged has the tilt of its end.
+#[test]
+fn a_ramp_is_followed_to_its_end() {
+    let scene = scene("tilt-ramp");
+    let end = scene
+        .joint()
+        .expect("a joint")
+        .tilt
+        .knots()
+        .last()
+        .expect("knots")
+        .1;
+    let found = follow(scene, Count::Largest(1), Goal::Time(1e-3));
+    assert_eq!(found.tilt, Some(end));
 }
 
 /// The joint of `chaos-5deg` and `torus-3deg`, tilted slowly from 0 degrees up to a tilt: the motion

@@ -101,17 +101,40 @@ fn json_can_take_the_place_of_the_table() {
 }
 
 #[test]
+fn the_running_values_can_take_the_place_of_the_table() {
+    let desk = desk();
+    let words = ["torus-3deg", "--exponents", "1", "--duration", "2"];
+    let more = ["--settle", "1", "--until", "0.004", "--csv", "-"];
+    let assert = squeakscope(desk.path(), &[&words[..], &more[..]].concat()).success();
+    let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");
+    let mut lines = text.lines();
+    let heading = lines.next().expect("a heading");
+    assert_eq!(heading, "time_s,exponent_1_per_s,half_width_1_per_s");
+    let times: Vec<f64> = lines
+        .map(|line| line.split(',').next().unwrap().parse().expect("a number"))
+        .collect();
+    assert!(
+        !times.is_empty() && times.is_sorted_by(|a, b| a < b),
+        "{times:?}"
+    );
+    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 0);
+}
+
+#[test]
 fn bad_input_is_refused_in_one_line() {
     let desk = desk();
     std::fs::write(desk.path().join("file"), "x").expect("written");
-    let refused: [(&[&str], &str); 10] = [
+    let refused: [(&[&str], &str); 12] = [
         (&["chaos-5"], "did you mean `chaos-5deg`?"),
         (
             &["chaos-5deg", "--tilt", "91"],
             "a number from -90 to 90 deg",
         ),
         (&["chaos-5deg", "--tolerance", "1"], "`time.tolerance` = 1"),
-        (&["chaos-5deg", "--exponents", "23"], "1 to 22"),
+        (
+            &["chaos-5deg", "--exponents", "23"],
+            "`--exponents` = 23: this motion has 22 exponents",
+        ),
         (
             &["chaos-5deg", "--exponents", "0"],
             "a whole number from 1, or `all`",
@@ -127,12 +150,21 @@ fn bad_input_is_refused_in_one_line() {
             &["chaos-5deg", "--json", "out", "--csv", "out"],
             "asked for twice",
         ),
+        (
+            &["chaos-5deg", "--png", ".", "--csv", "lyapunov.png"],
+            "asked for twice",
+        ),
+        (
+            &["chaos-5deg", "--json", "-", "--csv", "-"],
+            "asked for twice",
+        ),
     ];
     for (words, said) in refused {
         let assert = squeakscope(desk.path(), words).code(2).stdout("");
         let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
         assert!(message.starts_with("error: "), "{message}");
         assert!(message.contains(said), "{words:?}: {message}");
+        assert!(!message.contains("simulation stopped"), "{message}");
     }
     assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 1);
 }

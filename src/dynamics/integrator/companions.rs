@@ -1,11 +1,13 @@
 //! What goes along with a motion: tangent vectors and a neighbour.
 
+use std::f64::consts::TAU;
+
 use super::checks::check_size;
 use super::neighbour::Neighbour;
 use super::{Engine, Integrator};
 use crate::dynamics::pace::Pace;
 use crate::dynamics::tangents::Tangents;
-use crate::dynamics::{Convergence, DynamicsError, LyapunovSpectrum, System, Tally};
+use crate::dynamics::{DynamicsError, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, System, Tally};
 
 impl Integrator {
     /// Follows so many tangent vectors, `width`, along with the state from the next start on; `seed`
@@ -44,14 +46,21 @@ impl Integrator {
     pub fn exponents(&self) -> Option<LyapunovSpectrum> {
         let tangents = self.tangents.as_ref()?;
         let growth = tangents.growth(self.time())?;
-        Some(growth.spectrum(tangents.dimension()))
+        let modes = self.pace.omega.iter().filter(|&&omega| omega > 0.0);
+        let slowest = modes.copied().fold(f64::INFINITY, f64::min);
+        let patience = PERIODS_FOR_ZERO * TAU / slowest;
+        Some(growth.spectrum(tangents.dimension(), patience))
     }
 
-    /// The exponents by the growth up to earlier times, since the last [`Integrator::start`] or
-    /// [`Integrator::forget_growth`]; `None` where [`Integrator::exponents`] is.
-    pub fn convergence(&self) -> Option<Convergence> {
-        let growth = self.tangents.as_ref()?.growth(self.time())?;
-        Some(growth.convergence())
+    /// What is known, beside the exponents, of the motion that they belong to
+    /// ([`LyapunovSpectrum::attractor_of`]). Whether the state has moved is seen only along with
+    /// tangent vectors.
+    pub fn motion<Y: System + ?Sized>(&self, sys: &Y) -> Motion {
+        match &self.tangents {
+            Some(tangents) if !tangents.moved() => Motion::Still,
+            _ if sys.is_autonomous() => Motion::Free,
+            _ => Motion::Driven,
+        }
     }
 
     /// Forgets the growth of the tangent vectors so far, but not the vectors: the transient is over.
@@ -92,7 +101,12 @@ impl Integrator {
     /// Lets a neighbour go along from the present time on, from the state `z` (length
     /// [`System::dim`]), in place of any there was. It takes the steps that this motion takes,
     /// whatever they come to for it, and beyond these ends its steps only at its own events: however
-    /// near the two are, they part as the flow parts them, and not by the errors of their steps.
+    /// near the two are, they part as the flow parts them, and not by the errors of their steps;
+    /// but for steps that only one of the two has cut at an event, whose errors differ.
+    ///
+    /// [`Integrator::land`] may take the last step back. A neighbour that has been sampled past an
+    /// event of its own in that step cannot go back before that event: landing there is
+    /// [`DynamicsError::Time`].
     ///
     /// # Errors
     /// Those of [`Integrator::start`].

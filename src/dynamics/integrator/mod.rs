@@ -297,6 +297,26 @@ impl Integrator {
         with_stepper!(&self.engine, stepper => &stepper.end)
     }
 
+    /// The error allowed in a step, relative to the size of the state; `None` for a fixed step.
+    pub fn tolerance(&self) -> Option<f64> {
+        match &self.pace.control {
+            Control::Fixed(_) => None,
+            Control::Adaptive(controller) => Some(controller.tolerance()),
+        }
+    }
+
+    /// Allows another error in a step, relative to the size of the state, from the next step on:
+    /// 1e-13 to 0.1. A fixed step stays as it is.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`] for one out of its range.
+    pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
+        if let Control::Adaptive(controller) = &mut self.pace.control {
+            controller.allow(relative)?;
+        }
+        Ok(self)
+    }
+
     /// The length of the next full step, s.
     pub fn step_size(&self) -> f64 {
         self.pace.control.step()
@@ -356,6 +376,9 @@ impl Integrator {
             if let Some(tangents) = tangents {
                 let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
                 tangents.advance(sys, status, stepper);
+                if let Some(status) = status {
+                    tangents.settle_into(switching(sys), status);
+                }
             }
         });
         let end = self.time();

@@ -2,7 +2,7 @@
 
 use super::batches::{Batches, Part};
 use super::interval::{bounded, independent};
-use super::{Convergence, Exponent, LyapunovSpectrum, Sign};
+use super::{Exponent, LyapunovSpectrum, Sign};
 
 /// Within this factor a neutral vector may change its length at any time.
 const NEUTRAL: f64 = 10.0;
@@ -44,7 +44,10 @@ impl Growth {
 
     /// Eq. (23): `lambda_i = lim 1/t ln |m_i(t)|`, by the growth so far. Before any growth the
     /// exponents are zero with intervals without end.
-    pub fn spectrum(&self, dimension: usize) -> LyapunovSpectrum {
+    ///
+    /// In a time shorter than `patience` (s), growth that decays slowly looks neutral. What would
+    /// count as zero then gets an interval of twice the resolution, and is doubtful.
+    pub fn spectrum(&self, dimension: usize, patience: f64) -> LyapunovSpectrum {
         let time = self.time();
         let mut resolution = if time > 0.0 {
             NEUTRAL.ln() / time
@@ -72,29 +75,15 @@ impl Growth {
             resolution,
             kaplan_yorke: None,
         };
+        if time < patience {
+            for k in 0..spectrum.exponents.len() {
+                if spectrum.sign(k) == Sign::Zero {
+                    spectrum.exponents[k].half_width = 2.0 * spectrum.resolution;
+                }
+            }
+        }
         spectrum.kaplan_yorke = self.kaplan_yorke(&spectrum);
         spectrum
-    }
-
-    /// The exponents by the growth up to the end of each batch, and up to the present.
-    pub fn convergence(&self) -> Convergence {
-        let length = self.batches.length();
-        let count = self.batches.count();
-        let mut times: Vec<f64> = (1..=count).map(|k| k as f64 * length).collect();
-        let present = self.time() > times.last().copied().unwrap_or(0.0);
-        let values = (0..self.sums.len()).map(|l| {
-            let mut sum = 0.0;
-            let so_far = times.iter().enumerate().map(|(batch, time)| {
-                sum += self.batches.get(batch, l).growth;
-                sum / time
-            });
-            let mut values: Vec<f64> = so_far.collect();
-            values.extend(present.then(|| self.sums[l] / self.time()));
-            values
-        });
-        let values = values.collect();
-        times.extend(present.then(|| self.time()));
-        Convergence { times, values }
     }
 
     /// Time over which growth is known, s.
@@ -113,7 +102,8 @@ impl Growth {
     }
 
     /// The dimension by the exponents; its interval by what each batch would add to its error, to
-    /// first order.
+    /// first order. Where the sum so far is zero, a dimension hangs on whether the next exponent is
+    /// zero, too: none is told if that is doubtful. Above zero, the dimension passes smoothly.
     fn kaplan_yorke(&self, spectrum: &LyapunovSpectrum) -> Option<Exponent> {
         if spectrum.time <= 0.0 {
             return None;
@@ -124,6 +114,9 @@ impl Growth {
         };
         let mut sum = 0.0;
         for k in 0..spectrum.exponents.len() {
+            if sum == 0.0 && spectrum.sign(k) == Sign::Doubtful {
+                return None;
+            }
             let next = value(k);
             if sum + next < 0.0 {
                 let half_width = if k == 0 || next == f64::NEG_INFINITY {

@@ -35,11 +35,24 @@ pub(super) fn bounded(batches: &[Part]) -> Option<f64> {
     (range.is_finite() && range <= BOUNDED * mean).then_some(range)
 }
 
-/// Half the width of the 95 % interval of the mean growth by batch, infinite where it is unknown:
+/// Half the width of the 95 % interval of the mean growth by batch, infinite where it is unknown. It
+/// reaches at least to the mean of the later half: where a transient is still in the growth (vectors
+/// that turn slowly to directions whose rates are alike), no scatter tells of it. Without one, the
+/// two means differ as much as the mean errs, and the interval is hardly ever widened.
+pub(super) fn independent(growth: &[f64]) -> f64 {
+    scatter(growth).max(drift(growth))
+}
+
+/// How far the mean of the later half is from the mean of all.
+fn drift(growth: &[f64]) -> f64 {
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    (mean(&growth[growth.len() / 2..]) - mean(growth)).abs()
+}
+
 /// Student's interval, from batches long enough to be independent: 16 to 31 of
 /// them, or half as many where neighbours still go together. Where they do so even then, the
 /// interval is widened by what the correlation adds to the variance of a mean.
-pub(super) fn independent(growth: &[f64]) -> f64 {
+fn scatter(growth: &[f64]) -> f64 {
     if growth.len() < FEWEST || growth.iter().any(|x| !x.is_finite()) {
         return f64::INFINITY;
     }

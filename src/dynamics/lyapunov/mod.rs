@@ -30,15 +30,21 @@ impl Exponent {
 /// What can be said of an exponent's sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// The whole interval is above zero.
+    /// The whole interval is above zero, beyond the resolution.
     Positive,
-    /// Zero, as nearly as the time averaged can tell.
+    /// The interval holds zero and is no wider than the resolution, in a time long enough for a zero
+    /// ([`PERIODS_FOR_ZERO`]).
     Zero,
-    /// The whole interval is below zero.
+    /// The whole interval is below zero, beyond the resolution.
     Negative,
-    /// The interval is too wide to tell.
+    /// Neither: the interval is too wide, or it excludes zero within the resolution.
     Doubtful,
 }
+
+/// Periods of the slowest mode over which growth has to be averaged before an exponent counts as
+/// zero. In less time, one that decays slowly looks alike. Where there is no mode there is no measure
+/// of time, and any is long enough.
+pub const PERIODS_FOR_ZERO: f64 = 1000.0;
 
 /// The largest Lyapunov exponents of a motion, or all of them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,18 +65,32 @@ pub struct LyapunovSpectrum {
     pub kaplan_yorke: Option<Exponent>,
 }
 
+/// What is known of a motion beside its exponents.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Motion {
+    /// It moves, left to itself.
+    #[default]
+    Free,
+    /// It moves under a law that changes with time. The phase of the drive has no tangent vector:
+    /// there is one exponent of zero less than a motion left to itself would have.
+    Driven,
+    /// The state has not moved at all: an equilibrium.
+    Still,
+}
+
 /// What a motion comes to, by its exponents.
-///
-/// The phase of a drive has no tangent vector. A driven motion therefore has one exponent of zero
-/// less: where a motion left to itself would be a cycle, a driven one, with all exponents negative,
-/// follows its drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attractor {
-    /// All exponents negative: it comes to rest, or follows its drive.
+    /// The state does not move at all.
+    Equilibrium(Stability),
+    /// All exponents negative: it comes to rest.
     Rest,
+    /// Driven, and all exponents negative: it follows its drive.
+    InStep,
     /// One exponent zero, the others negative: a limit cycle.
     Cycle,
-    /// So many exponents zero (two or more), the others negative.
+    /// So many tones (two or more), the one of a drive included; one exponent of zero for each of the
+    /// others, the rest negative.
     Torus(usize),
     /// One exponent positive, and none beside it shown to be.
     Chaos,
@@ -80,15 +100,56 @@ pub enum Attractor {
     Undecided,
 }
 
+/// What becomes of states near an equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stability {
+    /// They come to it: all exponents are negative.
+    Stable,
+    /// They leave it: an exponent is positive.
+    Unstable,
+    /// Neither is shown.
+    Undecided,
+}
+
+impl Attractor {
+    /// Whether something is told.
+    pub fn is_decided(self) -> bool {
+        !matches!(
+            self,
+            Self::Undecided | Self::Equilibrium(Stability::Undecided)
+        )
+    }
+
+    /// In a word, for tables and files: `rest`, `in-step`, `cycle`, `torus`, `chaos`, `hyper-chaos`,
+    /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equilibrium(Stability::Stable) => "stable-equilibrium",
+            Self::Equilibrium(Stability::Unstable) => "unstable-equilibrium",
+            Self::Equilibrium(Stability::Undecided) => "equilibrium",
+            Self::Rest => "rest",
+            Self::InStep => "in-step",
+            Self::Cycle => "cycle",
+            Self::Torus(_) => "torus",
+            Self::Chaos => "chaos",
+            Self::HyperChaos(_) => "hyper-chaos",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
 impl std::fmt::Display for Attractor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Rest => f.write_str("rest, or in step with a drive"),
+            Self::Equilibrium(Stability::Stable) => f.write_str("rests on a stable equilibrium"),
+            Self::Equilibrium(Stability::Unstable) => {
+                f.write_str("rests on an unstable equilibrium")
+            }
+            Self::Equilibrium(Stability::Undecided) => f.write_str("rests on an equilibrium"),
+            Self::InStep => f.write_str("in step with its drive"),
             Self::Cycle => f.write_str("limit cycle"),
             Self::Torus(tones) => write!(f, "torus of {tones} tones"),
-            Self::Chaos => f.write_str("chaos"),
-            Self::HyperChaos(_) => f.write_str("hyper-chaos"),
-            Self::Undecided => f.write_str("undecided"),
+            other => f.write_str(other.name()),
         }
     }
 }
@@ -104,7 +165,10 @@ impl LyapunovSpectrum {
             Sign::Positive
         } else if exponent.high() < -self.resolution {
             Sign::Negative
-        } else if exponent.half_width <= self.resolution && exponent.half_width.is_finite() {
+        } else if exponent.value.abs() <= exponent.half_width
+            && exponent.half_width <= self.resolution
+            && exponent.half_width.is_finite()
+        {
             Sign::Zero
         } else {
             Sign::Doubtful
@@ -117,68 +181,46 @@ impl LyapunovSpectrum {
         all.filter(|&k| self.sign(k) == sign).count()
     }
 
-    /// What the motion comes to. An exponent counts as positive only if its whole interval is; so a
-    /// motion is called hyper-chaotic only if two are.
+    /// What a motion left to itself comes to; see [`LyapunovSpectrum::attractor_of`].
     pub fn attractor(&self) -> Attractor {
-        let positive = self.count(Sign::Positive);
-        if positive > 0 {
-            return match positive {
-                1 => Attractor::Chaos,
-                more => Attractor::HyperChaos(more),
-            };
-        }
-        let zero = self.count(Sign::Zero);
+        self.attractor_of(Motion::Free)
+    }
+
+    /// What the motion comes to. An exponent counts as positive only if its whole interval is; so a
+    /// motion is called hyper-chaotic only if two are. At an equilibrium the same exponents tell of
+    /// its stability alone.
+    pub fn attractor_of(&self, motion: Motion) -> Attractor {
+        let [positive, zero, negative, doubtful] =
+            [Sign::Positive, Sign::Zero, Sign::Negative, Sign::Doubtful].map(|s| self.count(s));
         // Those not followed are at or below the last one followed.
-        let known = self.exponents.len() >= self.dimension || self.count(Sign::Negative) > 0;
-        if !known || self.exponents.is_empty() || self.count(Sign::Doubtful) > 0 {
-            return Attractor::Undecided;
+        let known = self.exponents.len() >= self.dimension || negative > 0;
+        let known = known && doubtful == 0 && !self.exponents.is_empty();
+        if motion == Motion::Still {
+            return Attractor::Equilibrium(match (positive, zero) {
+                (1.., _) => Stability::Unstable,
+                (0, 0) if known => Stability::Stable,
+                _ => Stability::Undecided,
+            });
         }
-        match zero {
-            0 => Attractor::Rest,
-            1 => Attractor::Cycle,
-            more => Attractor::Torus(more),
+        match (positive, zero, motion) {
+            (1, ..) => Attractor::Chaos,
+            (2.., ..) => Attractor::HyperChaos(positive),
+            _ if !known => Attractor::Undecided,
+            (_, 0, Motion::Driven) => Attractor::InStep,
+            (_, 0, _) => Attractor::Rest,
+            (_, 1, Motion::Free) => Attractor::Cycle,
+            (_, _, Motion::Driven) => Attractor::Torus(zero + 1),
+            _ => Attractor::Torus(zero),
         }
     }
 
     /// The Kaplan-Yorke dimension with its 95 % interval, a pure number: `k` and the sum of the
     /// first `k` exponents over the size of the next one, `k` being the most exponents whose sum is
     /// not negative; exponents that count as zero are taken as zero. `None` where too few exponents
-    /// are known. (J. L. Kaplan and J. A. Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
+    /// are known, or where a doubtful one decides. (J. L. Kaplan and J. A. Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
     pub fn kaplan_yorke(&self) -> Option<Exponent> {
         self.kaplan_yorke
     }
-
-    /// Whether every interval reaches at most so far, `half_width` (1/s), to either side: time to
-    /// stop.
-    pub fn is_settled(&self, half_width: f64) -> bool {
-        let mut exponents = self.exponents.iter();
-        self.time > 0.0 && exponents.all(|exponent| exponent.half_width <= half_width)
-    }
-
-    /// The same per radian of a vibration: divided by a circular frequency `omega` (rad/s), by the
-    /// first natural frequency as a rule; the time is then an angle, rad.
-    pub fn divided_by(&self, omega: f64) -> Self {
-        let divided = |exponent: &Exponent| Exponent {
-            value: exponent.value / omega,
-            half_width: exponent.half_width / omega,
-        };
-        Self {
-            exponents: self.exponents.iter().map(divided).collect(),
-            time: self.time * omega,
-            dimension: self.dimension,
-            resolution: self.resolution / omega,
-            kaplan_yorke: self.kaplan_yorke,
-        }
-    }
-}
-
-/// The exponents by the growth up to earlier times, to see them settle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Convergence {
-    /// Time averaged over, evenly spaced, s: at most 129 instants, the last one the present.
-    pub times: Vec<f64>,
-    /// For each of the exponents, its value at these times, 1/s.
-    pub values: Vec<Vec<f64>>,
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ fn growth(rates: &[f64], noise: &[f64]) -> Growth {
 }
 
 fn spectrum(rates: &[f64], noise: &[f64]) -> LyapunovSpectrum {
-    growth(rates, noise).spectrum(rates.len())
+    growth(rates, noise).spectrum(rates.len(), 0.0)
 }
 
 #[test]
@@ -34,7 +34,9 @@ fn signs_and_attractors_follow_the_intervals() {
     for (rates, expected) in [
         ([-0.1, -0.2, -0.3, -4.0], Attractor::Rest),
         ([0.0, -0.2, -0.3, -4.0], Attractor::Cycle),
-        ([1e-4, -1e-4, -0.3, -4.0], Attractor::Torus(2)),
+        ([0.0, 0.0, -0.3, -4.0], Attractor::Torus(2)),
+        // Surely not zero, but nearer to it than can be told from the bounds of a neutral vector.
+        ([1e-4, -0.2, -0.3, -4.0], Attractor::Undecided),
         ([0.1, 0.0, -0.3, -4.0], Attractor::Chaos),
         ([0.1, 0.05, 0.0, -4.0], Attractor::HyperChaos(2)),
     ] {
@@ -55,10 +57,10 @@ fn a_doubtful_exponent_is_no_hyper_chaos() {
 
 #[test]
 fn too_few_exponents_leave_the_rest_open() {
-    let known = growth(&[0.0, 0.0], &[0.0; 2]).spectrum(4);
+    let known = growth(&[0.0, 0.0], &[0.0; 2]).spectrum(4, 0.0);
     assert_eq!(known.attractor(), Attractor::Undecided);
     assert_eq!(known.kaplan_yorke(), None);
-    let known = growth(&[0.0, -0.5], &[0.0; 2]).spectrum(4);
+    let known = growth(&[0.0, -0.5], &[0.0; 2]).spectrum(4, 0.0);
     assert_eq!(known.attractor(), Attractor::Cycle);
     assert_eq!(known.kaplan_yorke().unwrap().value, 1.0);
 }
@@ -78,7 +80,7 @@ fn the_dimension_of_kaplan_and_yorke() {
         let random: f64 = StandardNormal.sample(&mut rng);
         growth.push(f64::from(k), &[1.0 + random, -3.0 - random]);
     }
-    let spectrum = growth.spectrum(2);
+    let spectrum = growth.spectrum(2, 0.0);
     let [first, second] = [0, 1].map(|k| spectrum.exponents[k]);
     let found = spectrum.kaplan_yorke().unwrap();
     let slope = 1.0 / second.value.abs() - first.value / second.value.powi(2);
@@ -90,45 +92,90 @@ fn a_collapsed_direction_is_minus_infinity_and_never_undefined() {
     let mut growth = growth(&[0.0, -1.0], &[0.0; 2]);
     growth.push(1003.0, &[0.0, f64::NEG_INFINITY]);
     growth.push(1009.0, &[0.0, -1.0]);
-    let spectrum = growth.spectrum(2);
+    let spectrum = growth.spectrum(2, 0.0);
     assert_eq!(spectrum.exponents[1].value, f64::NEG_INFINITY);
     assert_eq!(spectrum.sign(1), Sign::Negative);
     assert_eq!(spectrum.attractor(), Attractor::Cycle);
     assert_eq!(spectrum.kaplan_yorke().unwrap().value, 1.0);
-    let values = growth.convergence().values;
-    assert!(values.iter().flatten().all(|x| !x.is_nan()));
 }
 
 #[test]
 fn before_any_growth_nothing_is_known() {
-    let spectrum = Growth::new(3).spectrum(3);
+    let spectrum = Growth::new(3).spectrum(3, 0.0);
     assert_eq!(spectrum.attractor(), Attractor::Undecided);
-    assert!(!spectrum.is_settled(1e9) && spectrum.kaplan_yorke().is_none());
+    assert!(spectrum.kaplan_yorke().is_none());
     assert_eq!(spectrum.exponents[0].value, 0.0);
 }
 
+/// A rate well within the resolution, with an interval that excludes zero.
 #[test]
-fn per_radian_everything_scales_and_the_signs_stay() {
-    let spectrum = spectrum(&[0.5, 0.0, -2.0], &[0.1; 3]);
-    let divided = spectrum.divided_by(10.0);
-    assert_eq!(
-        divided.exponents[0].value,
-        spectrum.exponents[0].value / 10.0
-    );
-    assert_eq!(divided.time, 10.0 * spectrum.time);
-    assert_eq!(divided.attractor(), spectrum.attractor());
-    assert!(spectrum.is_settled(0.1) && !spectrum.is_settled(1e-3));
+fn what_excludes_zero_is_not_called_zero() {
+    let spectrum = LyapunovSpectrum {
+        exponents: vec![Exponent {
+            value: -64.3,
+            half_width: 7.2,
+        }],
+        time: 0.01,
+        dimension: 1,
+        resolution: 230.0,
+        kaplan_yorke: None,
+    };
+    assert_eq!(spectrum.sign(0), Sign::Doubtful);
+    assert_eq!(spectrum.attractor(), Attractor::Undecided);
+    // As growth: nothing is said of a dimension that hangs on it.
+    let found = self::spectrum(&[1e-4, -4.0], &[0.0; 2]);
+    assert_eq!(found.sign(0), Sign::Doubtful, "{found:?}");
+    assert_eq!(found.kaplan_yorke(), None);
+}
+
+/// A zero takes its time, what is clearly not zero does not.
+#[test]
+fn only_patience_makes_a_zero() {
+    let noise = [0.005; 3];
+    for (rates, early, late) in [
+        ([0.0, -0.5, -1.0], Attractor::Undecided, Attractor::Cycle),
+        ([-0.4, -0.5, -1.0], Attractor::Rest, Attractor::Rest),
+        ([0.5, 0.0, -1.0], Attractor::Chaos, Attractor::Chaos),
+    ] {
+        let growth = growth(&rates, &noise);
+        let [before, after] = [1001.0, 999.0].map(|patience| growth.spectrum(3, patience));
+        assert_eq!((before.attractor(), after.attractor()), (early, late));
+        assert_eq!(before.count(Sign::Zero), 0);
+        // Nor does a dimension hang on a zero that is not shown.
+        assert_eq!(before.kaplan_yorke().is_some(), early.is_decided());
+    }
 }
 
 #[test]
-fn the_running_value_ends_at_the_present_one() {
-    let growth = growth(&[0.5, -2.0], &[0.1; 2]);
-    let convergence = growth.convergence();
-    let spectrum = growth.spectrum(2);
-    assert!((64..=129).contains(&convergence.times.len()));
-    assert!(convergence.times.is_sorted());
-    for (values, exponent) in convergence.values.iter().zip(&spectrum.exponents) {
-        assert_eq!(values.len(), convergence.times.len());
-        assert!((values.last().unwrap() - exponent.value).abs() < 1e-9);
+fn what_exponents_mean_depends_on_what_moves() {
+    let of = |rates: &[f64], motion| spectrum(rates, &[0.0; 2]).attractor_of(motion);
+    let both = [-0.5, -1.0];
+    assert_eq!(of(&both, Motion::Free), Attractor::Rest);
+    assert_eq!(of(&both, Motion::Driven), Attractor::InStep);
+    let stable = Attractor::Equilibrium(Stability::Stable);
+    assert_eq!(of(&both, Motion::Still), stable);
+    assert_eq!(of(&[0.0, -1.0], Motion::Driven), Attractor::Torus(2));
+    assert_eq!(of(&[0.0, 0.0], Motion::Free), Attractor::Torus(2));
+    let open = of(&[0.0, -1.0], Motion::Still);
+    assert_eq!(open, Attractor::Equilibrium(Stability::Undecided));
+    assert!(!open.is_decided() && stable.is_decided());
+    let unstable = of(&[0.7, 0.5], Motion::Still);
+    assert_eq!(unstable, Attractor::Equilibrium(Stability::Unstable));
+}
+
+/// Vectors that turn slowly: the growth of the first tenth is another one.
+#[test]
+fn an_interval_holds_the_rate_behind_a_transient() {
+    let mut growth = Growth::new(1);
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    for k in 1..=4096 {
+        let random: f64 = StandardNormal.sample(&mut rng);
+        let t = f64::from(k);
+        growth.push(t, &[-5.0 - 60.0 * (-t / 400.0).exp() + 0.5 * random]);
     }
+    let exponent = growth.spectrum(1, 0.0).exponents[0];
+    assert!(
+        exponent.value < -10.0 && exponent.high() > -5.5,
+        "{exponent:?}"
+    );
 }

@@ -8,7 +8,7 @@ mod frame;
 mod saltation;
 
 use super::stepper::{Picture, Stepper, accumulate, differentiable};
-use super::{DynamicsError, System, lyapunov::Growth};
+use super::{DynamicsError, Switching, System, lyapunov::Growth};
 use frame::Frame;
 pub(super) use saltation::Saltation;
 
@@ -32,6 +32,8 @@ pub(super) struct Tangents {
     upkeep: Upkeep,
     /// How the vectors have grown.
     growth: Growth,
+    /// Whether the state has moved in any step since growth is counted.
+    moved: bool,
     /// The correction at events.
     pub saltation: Saltation,
 }
@@ -58,6 +60,7 @@ impl Tangents {
             frame: Frame::new(sys, width, seed),
             upkeep: Upkeep::Orthonormal,
             growth: Growth::new(width),
+            moved: false,
             saltation: Saltation::new(sys, width),
         };
         tangents.restart(0.0);
@@ -70,6 +73,7 @@ impl Tangents {
         self.start.copy_from_slice(&self.end);
         self.upkeep = Upkeep::Orthonormal;
         self.growth.clear(t);
+        self.moved = false;
     }
 
     /// Goes on with these vectors, and leaves them to the flow.
@@ -86,14 +90,14 @@ impl Tangents {
     /// [`DynamicsError::Tangent`] for a vector that is not finite.
     pub fn follow(&mut self, t: f64) -> Result<(), DynamicsError> {
         if self.upkeep == Upkeep::Orthonormal && self.frame.is_due() {
-            self.settle(t)?;
+            self.renew(t)?;
         }
         self.start.copy_from_slice(&self.end);
         Ok(())
     }
 
     /// Makes the vectors orthonormal, and keeps their growth up to time `t` (s).
-    fn settle(&mut self, t: f64) -> Result<(), DynamicsError> {
+    fn renew(&mut self, t: f64) -> Result<(), DynamicsError> {
         if t <= self.growth.last() {
             return Ok(());
         }
@@ -112,8 +116,22 @@ impl Tangents {
 
     /// Forgets the growth up to time `t` (s), but not the directions.
     pub fn forget(&mut self, t: f64) {
-        self.frame.orthonormalise(&mut self.end);
+        if self.upkeep == Upkeep::Orthonormal {
+            self.frame.orthonormalise(&mut self.end);
+        }
         self.growth.clear(t);
+        self.moved = false;
+    }
+
+    /// Whether the state has moved in any step since growth is counted, by as little as a bit.
+    pub fn moved(&self) -> bool {
+        self.moved
+    }
+
+    /// Holds fixed in the vectors what a status held in the last step holds fixed in the state. At
+    /// each step, since a new frame may have put any vectors in the place of those that vanished.
+    pub fn settle_into(&mut self, switching: &dyn Switching, status: &[u8]) {
+        switching.settle_tangents(status, &mut self.end, self.width);
     }
 
     /// The growth up to time `t` (s); `None` where vectors are left to the flow.
@@ -121,7 +139,7 @@ impl Tangents {
         (self.upkeep == Upkeep::Orthonormal).then(|| {
             let mut now = self.clone();
             // Vectors that are not finite end the next step; up to the last frame all is well.
-            match now.settle(t) {
+            match now.renew(t) {
                 Ok(()) => now.growth,
                 Err(_) => self.growth.clone(),
             }
@@ -160,6 +178,9 @@ impl Tangents {
         stepper: &mut Stepper<P, S>,
     ) {
         let (width, numbers) = (self.width, self.end.len());
+        // Quadratures, which come last, say nothing of the motion.
+        let n = self.dimension();
+        self.moved = self.moved || stepper.start[..n] != stepper.end[..n];
         let derivative = differentiable(sys);
         let tableau = stepper.tableau;
         let h = stepper.length();

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::dynamics::{Attractor, Differentiable, Exponent, LyapunovSpectrum, Sign};
+use crate::dynamics::{
+    Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Stability,
+};
 use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
 
 /// Where the steps end.
@@ -199,6 +201,80 @@ fn impacts_and_damping_make_the_sum_of_the_exponents() {
     }
 }
 
+/// An elastic wall takes nothing.
+#[test]
+fn an_elastic_wall_conserves() {
+    let sys = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.0,
+        drive: 1.0,
+        drive_omega: 2.8,
+        wall: 0.0,
+        restitution: 1.0,
+    };
+    for method in all_methods(1e-10, 0.2, 0.01) {
+        let spectrum = spectrum(method, Steps::ToEvents, &sys, &[0.5, 0.0], (50.0, 550.0));
+        let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+        assert!(sum.abs() < 1e-8, "{method:?}: {sum}");
+        assert!(spectrum.exponents.iter().all(|e| e.value.is_finite()));
+    }
+}
+
+/// What a status holds it holds for neighbours, too, also where it is held from the start: on the
+/// wall nothing is left of them, on the belt only where along it they stick.
+#[test]
+fn what_is_held_from_the_start_has_no_growth_across() {
+    let wall = ImpactOscillator {
+        omega: 1.0,
+        damping: 0.0,
+        drive: 0.0,
+        drive_omega: 0.0,
+        wall: 0.5,
+        restitution: 0.0,
+    };
+    let belt = MassOnBelt {
+        omega: 0.0,
+        damping: 0.0,
+        load: 1.0,
+        mu_s: 1.0,
+        mu_d: 0.5,
+        belt: 0.2,
+    };
+    for method in all_methods(1e-9, 0.5, 0.01) {
+        let on_the_wall = [0.5, 0.0];
+        let resting = spectrum(method, Steps::ToEvents, &wall, &on_the_wall, (20.0, 120.0));
+        let values: Vec<f64> = resting.exponents.iter().map(|e| e.value).collect();
+        assert_eq!(values, [f64::NEG_INFINITY; 2], "{method:?}");
+        assert_eq!(resting.kaplan_yorke().unwrap().value, 0.0);
+        let carried = spectrum(method, Steps::ToEvents, &belt, &[0.0, 0.2], (20.0, 120.0));
+        let values: Vec<f64> = carried.exponents.iter().map(|e| e.value).collect();
+        assert_eq!(values[1], f64::NEG_INFINITY, "{method:?}");
+        assert!(values[0].abs() < 1e-12, "{method:?}: {values:?}");
+    }
+}
+
+/// Exponents at a state that does not move tell of its stability, and of no attractor.
+#[test]
+fn an_equilibrium_is_told_from_a_motion() {
+    let motion = |z0: &[f64]| {
+        let method = all_methods(1e-9, 0.5, 0.01)[0];
+        let mut integrator = Integrator::new(method, &Linear)
+            .and_then(|new| new.with_tangents(&Linear, 4, 1))
+            .unwrap();
+        integrator.start(&Linear, 0.0, z0).unwrap();
+        integrator.land(&Linear, 10.0).unwrap();
+        integrator.forget_growth();
+        integrator.land(&Linear, 410.0).unwrap();
+        let spectrum = integrator.exponents().unwrap();
+        let motion = integrator.motion(&Linear);
+        (motion, spectrum.attractor_of(motion))
+    };
+    let unstable = Attractor::Equilibrium(Stability::Unstable);
+    assert_eq!(motion(&[0.0; 4]), (Motion::Still, unstable));
+    // By as little as can be told.
+    assert_eq!(motion(&[1e-300, 0.0, 0.0, 0.0]).0, Motion::Free);
+}
+
 /// An independent program's values.
 #[test]
 fn the_exponents_of_the_impact_oscillator() {
@@ -244,7 +320,7 @@ fn sticking_collapses_a_direction() {
         belt: 0.2,
     };
     for method in all_methods(1e-9, 0.5, 0.01) {
-        let spectrum = spectrum(method, Steps::ToEvents, &sys, &[0.0, 0.0], (20.0, 920.0));
+        let spectrum = spectrum(method, Steps::ToEvents, &sys, &[0.0, 0.0], (20.0, 6420.0));
         assert_eq!(spectrum.exponents[1].value, f64::NEG_INFINITY, "{method:?}");
         assert_eq!(
             spectrum.attractor(),
@@ -308,12 +384,16 @@ fn a_cycle_has_one_zero_and_a_torus_one_for_each_frequency() {
         };
         let z0 = vec![1.0; 2 * modes];
         for method in all_methods(1e-8, 0.2, 0.02) {
-            for time in [200.0, 333.0, 1000.0] {
+            // From 1000 periods of the slowest mode on, 6283.
+            for time in [6300.0, 7777.0] {
                 let spectrum = spectrum(method, Steps::Free, &sys, &z0, (60.0, 60.0 + time));
                 assert_eq!(spectrum.attractor(), expected, "{method:?} {spectrum:?}");
                 assert_eq!(spectrum.count(Sign::Doubtful), 0);
                 assert_eq!(spectrum.kaplan_yorke().unwrap().value, modes as f64);
             }
+            let early = spectrum(method, Steps::Free, &sys, &z0, (60.0, 1060.0));
+            assert_eq!(early.attractor(), Attractor::Undecided, "{early:?}");
+            assert_eq!(early.kaplan_yorke(), None);
         }
     }
 }

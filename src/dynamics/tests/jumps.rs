@@ -280,3 +280,40 @@ fn grazing_is_told_from_crossing() {
         assert_eq!((touch.events, touch.grazings), (0, 1), "{step}");
     }
 }
+
+/// However slowly the flights shrink, only one that is made of rounding is the last: an elastic wall
+/// returns a drop for ever.
+#[test]
+fn a_drop_onto_an_elastic_wall_bounces_for_ever() {
+    for restitution in [1.0, 1.0 - 1e-12, 1.0 - 1e-7] {
+        let ball = ImpactOscillator {
+            omega: 0.0,
+            damping: 0.0,
+            drive: -10.0,
+            drive_omega: 0.0,
+            wall: 0.1,
+            restitution,
+        };
+        for method in all_methods(1e-10, 0.1, 0.01) {
+            let mut motion = Integrator::new(method, &ball)
+                .and_then(|new| new.with_events(&ball))
+                .unwrap();
+            motion.start(&ball, 0.0, &[0.15, 0.0]).unwrap();
+            let mut bounces = 0;
+            while motion.time() < 200.0 {
+                bounces += motion.next_event(&ball, 200.0).unwrap().len();
+            }
+            // A flight lasts 0.2 s.
+            assert!((999..=1001).contains(&bounces), "{method:?}: {bounces}");
+            assert_eq!(motion.status(), [ImpactOscillator::FLYING]);
+            let [x, v] = [motion.state()[0], motion.state()[1]];
+            let energy = 0.5 * v * v + 10.0 * (x - 0.1);
+            // Each bounce takes twice what is missing of 1.
+            let kept = restitution.powi(2 * bounces as i32);
+            assert!(
+                (energy / (0.5 * kept) - 1.0).abs() < 1e-6,
+                "{method:?}: {energy}"
+            );
+        }
+    }
+}

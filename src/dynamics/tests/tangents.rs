@@ -270,3 +270,26 @@ fn taking_a_step_back_takes_the_vectors_back() {
         }
     }
 }
+
+/// Vectors of one's own stay the flow's derivative, whatever else is asked for.
+#[test]
+fn vectors_of_ones_own_survive_what_forgets_growth() {
+    let sys = Lorenz::CLASSICAL;
+    let vectors = |forget: bool| {
+        let method = all_methods(1e-8, 0.1, 0.01)[1];
+        let mut motion = Integrator::new(method, &sys)
+            .and_then(|new| new.with_tangents(&sys, 2, 1))
+            .unwrap();
+        motion.start(&sys, 0.0, &[1.0, -2.0, 17.0]).unwrap();
+        motion
+            .follow_vectors(&[1.0, 1.0, 0.0, 1.0, 2.0, -1.0])
+            .unwrap();
+        motion.land(&sys, 0.5).unwrap();
+        if forget {
+            motion.forget_growth();
+        }
+        motion.land(&sys, 1.0).unwrap();
+        motion.tangent_vectors().unwrap().to_vec()
+    };
+    assert_eq!(vectors(true), vectors(false));
+}

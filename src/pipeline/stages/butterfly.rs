@@ -1,5 +1,12 @@
 //! How two copies of the joint part that started almost in the same state.
+//!
+//! The rate is the slope of a straight line through the logarithm of the distance, where the flow
+//! alone rules it: above what the errors of the steps make of it ([`TwinSamples::floor`]), and below
+//! a tenth of the motion. Whenever the distance has been below the floor, the line begins anew.
+//!
+//! [`TwinSamples::floor`]: crate::pipeline::message::TwinSamples::floor
 
+use super::line::Line;
 use super::{Context, Emit, Stage, samples, words};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Parting, PartingLine, Record, Summary};
@@ -8,9 +15,6 @@ use crate::scene::ButterflySpec;
 /// Distance, relative to the motion's size, from which on it no longer grows as it did: the straight
 /// part of its logarithm ends here.
 const SATURATED: f64 = 0.1;
-
-/// Fewer distances than these give no line.
-const FEWEST: usize = 8;
 
 /// Emits [`Record::Parting`] time and again, and [`Record::Narration`] when the distance has
 /// become as large as the motion.
@@ -44,21 +48,30 @@ impl ButterflyStage {
     }
 
     /// Concludes the distances up to a time (s).
-    fn conclude(&mut self, start: f64, time: f64) -> Parting {
+    fn conclude(&mut self, start: f64, time: f64, floor: f64) -> Parting {
         let distance = (self.squares / self.count as f64).sqrt();
         (self.squares, self.count) = (0.0, 0);
         if distance >= SATURATED {
             self.saturated.get_or_insert(time);
         }
-        // Two copies of a joint at rest are never apart.
-        if self.saturated.is_none() && distance > 0.0 {
-            self.line.push(time - start, distance.ln());
+        if self.saturated.is_none() {
+            // Two copies of a joint at rest are never apart: that is below any floor.
+            if distance > floor {
+                self.line.push(time - start, distance.ln());
+            } else {
+                self.line.clear();
+            }
         }
         let parting = Parting {
             time,
             start,
             distance,
-            line: self.line.fit(),
+            line: self.line.fit().map(|fit| PartingLine {
+                rate: fit.slope,
+                half_width: fit.half_width,
+                since: start + fit.from,
+                intercept: fit.intercept,
+            }),
             saturated: self.saturated,
         };
         self.last = Some(parting);
@@ -85,7 +98,7 @@ impl Stage for ButterflyStage {
                 continue;
             }
             let before = self.saturated;
-            let parting = self.conclude(start, time);
+            let parting = self.conclude(start, time, twin.floor);
             emit(Record::Parting(parting))?;
             if before.is_none() && parting.saturated.is_some() {
                 let text = words::parted(&self.spec, &parting);
@@ -100,43 +113,13 @@ impl Stage for ButterflyStage {
     }
 }
 
-/// The straight line through points, by least squares.
-#[derive(Clone, Copy, Debug, Default)]
-struct Line {
-    count: usize,
-    /// Means of abscissa and ordinate.
-    mean: [f64; 2],
-    /// Sums of squares of the abscissa and of its products with the ordinate, about the means.
-    about: [f64; 2],
-}
-
-impl Line {
-    fn push(&mut self, x: f64, y: f64) {
-        self.count += 1;
-        let share = 1.0 / self.count as f64;
-        let [dx, dy] = [x - self.mean[0], y - self.mean[1]];
-        self.mean[0] += share * dx;
-        self.mean[1] += share * dy;
-        // One factor about the old mean, the other about the new one.
-        self.about[0] += dx * (x - self.mean[0]);
-        self.about[1] += dx * (y - self.mean[1]);
-    }
-
-    fn fit(&self) -> Option<PartingLine> {
-        let rate = self.about[1] / self.about[0];
-        (self.count >= FEWEST).then_some(PartingLine {
-            rate,
-            intercept: self.mean[1] - rate * self.mean[0],
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::pipeline::message::TwinSamples;
 
     const RATE: f64 = 1e5;
+    const FLOOR: f64 = 1e-9;
     const SPEC: ButterflySpec = ButterflySpec {
         start: 1e-3,
         distance: 1e-6,
@@ -166,6 +149,7 @@ mod tests {
                     displacement: vec![0.0; distance.len()],
                     velocity: vec![0.0; distance.len()],
                     distance,
+                    floor: FLOOR,
                 }),
                 ..Frame::default()
             };
@@ -204,6 +188,33 @@ mod tests {
             _ => None,
         });
         assert_eq!(said.count(), 1);
+    }
+
+    /// A jump to 1e-5 by an error of a step, and from there on growth: the line has the growth alone.
+    #[test]
+    fn what_lies_below_the_floor_is_left_out() {
+        let mut stage = ButterflyStage::new(SPEC, RATE);
+        let mut last = None;
+        for k in 0..200 {
+            let time = 1e-3 * f64::from(k);
+            let (distance, floor) = match k {
+                0..10 => (1e-6, 1e-4),
+                _ => (1e-5 * (40.0 * (time - 0.01)).exp(), 1e-4),
+            };
+            (stage.squares, stage.count) = (distance * distance, 1);
+            last = Some(stage.conclude(0.0, time, floor));
+        }
+        let line = last.unwrap().line.unwrap();
+        assert!((line.rate - 40.0).abs() < 1e-6, "{line:?}");
+        assert!(line.grows() && line.half_width < 1e-6, "{line:?}");
+        // exp(40 t) = 10 after 57.6 ms.
+        assert!((line.since - 0.068).abs() < 1e-9, "{line:?}");
+        // Never above the floor, there is no line.
+        let mut stage = ButterflyStage::new(SPEC, RATE);
+        for k in 0..200 {
+            (stage.squares, stage.count) = (1e-10, 1);
+            assert_eq!(stage.conclude(0.0, 1e-3 * f64::from(k), 1e-4).line, None);
+        }
     }
 
     #[test]

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::{Context, Emit, Stage, words};
-use crate::dynamics::Attractor;
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Exponents, Frame, Record, Summary};
 
@@ -30,7 +29,7 @@ impl Stage for ExponentsStage {
 
     fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
         // What cannot be told yet is not told.
-        let told = |last: &&Arc<Exponents>| last.attractor() != Attractor::Undecided;
+        let told = |last: &&Arc<Exponents>| last.attractor().is_decided();
         let Some(last) = self.last.as_ref().filter(told) else {
             return Ok(());
         };

@@ -8,6 +8,7 @@ mod choices;
 mod closing;
 mod delay;
 mod exponents;
+mod line;
 mod narration;
 mod narrator;
 mod quantification;

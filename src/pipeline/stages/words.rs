@@ -5,8 +5,8 @@ use std::f64::consts::LN_2;
 use super::narrator::{Face, Observation};
 use super::{Reading, half_range, peak_magnitude};
 use crate::analysis::{Bases, Combination};
-use crate::dynamics::{Attractor, Exponent};
-use crate::pipeline::message::{Exponents, Parting};
+use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use crate::pipeline::message::{Exponents, Parting, PartingLine};
 use crate::scene::ButterflySpec;
 
 /// How many lines are spelled out.
@@ -50,20 +50,39 @@ pub fn exponents(last: &Exponents) -> String {
         .map(|(k, exponent)| format!("λ{} = {}", k + 1, with_error(exponent)))
         .collect();
     let largest = spectrum.exponents.first().map_or(0.0, |first| first.value);
+    let others = match spectrum.dimension > spectrum.count(Sign::Zero) {
+        true => "; the others are below it",
+        false => "",
+    };
     let meaning = match last.attractor() {
-        Attractor::Rest => {
-            "All are below zero: neighbours meet, at rest or in step with what drives them."
-                .to_owned()
+        Attractor::Equilibrium(Stability::Stable) => {
+            "It does not move at all, and what comes near comes to it.".to_owned()
         }
-        Attractor::Cycle => {
-            "One is zero, along the motion; the others are below it: neighbours come to the same \
-             closed loop."
-                .to_owned()
-        }
-        Attractor::Torus(tones) => format!(
-            "{tones} are zero, one a tone; the others are below it: neighbours neither meet nor \
-             part."
+        Attractor::Equilibrium(Stability::Unstable) => format!(
+            "It does not move at all, and yet the least push would grow e-fold every **{}**.",
+            rounded(1.0 / largest, 2, "s")
         ),
+        Attractor::Equilibrium(Stability::Undecided) => {
+            "It does not move at all; whether a push would grow is not told yet.".to_owned()
+        }
+        Attractor::Rest => "All are below zero: neighbours meet, at rest.".to_owned(),
+        Attractor::InStep => {
+            "All are below zero: neighbours meet, in step with what drives them.".to_owned()
+        }
+        Attractor::Cycle => format!(
+            "One is zero, along the motion{others}: neighbours come to the same closed loop."
+        ),
+        Attractor::Torus(_) => {
+            let zeros = spectrum.count(Sign::Zero);
+            let are = if zeros == 1 { "is" } else { "are" };
+            let driven = match last.motion {
+                Motion::Driven => " (and the drive has one)",
+                Motion::Free | Motion::Still => "",
+            };
+            format!(
+                "{zeros} {are} zero, one a tone{driven}{others}: neighbours neither meet nor part."
+            )
+        }
         Attractor::Chaos | Attractor::HyperChaos(_) => format!(
             "Above zero: what is not known of the start grows e-fold every **{}**.",
             rounded(1.0 / largest, 2, "s")
@@ -92,7 +111,7 @@ fn with_error(exponent: &Exponent) -> String {
 /// Two copies that started almost alike have become as different as two motions can be.
 pub fn parted(spec: &ButterflySpec, parting: &Parting) -> String {
     let after = parting.saturated.unwrap_or(parting.time) - parting.start;
-    let rate = match parting.line {
+    let rate = match parting.line.filter(PartingLine::grows) {
         Some(line) => format!(", e-fold every **{}**", rounded(1.0 / line.rate, 2, "s")),
         None => String::new(),
     };

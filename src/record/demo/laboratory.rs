@@ -8,7 +8,7 @@ use crate::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
         Regime, ScalingRegion, Verdict, ZeroOne,
     },
-    dynamics::{Exponent, LyapunovSpectrum},
+    dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{Exponents, Parting, PartingLine, Record, SectionPoint},
 };
 
@@ -86,6 +86,7 @@ impl Signal {
                     half_width: 0.1,
                 }),
             },
+            motion: Motion::Free,
             omega_1: 10_668.8,
         }))
     }
@@ -99,7 +100,12 @@ impl Signal {
             time: now,
             start: 0.0,
             distance: (intercept + rate * now.min(saturated)).exp(),
-            line: Some(PartingLine { rate, intercept }),
+            line: Some(PartingLine {
+                rate,
+                half_width: 0.1 * rate,
+                since: 0.0,
+                intercept,
+            }),
             saturated: (now >= saturated).then_some(saturated),
         })
     }

@@ -417,6 +417,7 @@ impl Signal {
                 displacement: beside(&self.displacement),
                 velocity: beside(&self.velocity),
                 distance: vec![1e-3; FRAME],
+                floor: 1e-13,
             }),
             busy_seconds: t0,
             ..Frame::default()

@@ -6,15 +6,15 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::dynamics::{
-    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Sign, System, Tally,
+    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, System, Tally,
 };
 
 pub use scene::{
-    LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, SETTLE_PERIODS, SceneLyapunov,
-    scene_lyapunov,
+    LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, RESOLVING, SETTLE_PERIODS,
+    SceneLyapunov, scene_lyapunov,
 };
 use trace::MeanTrace;
 
@@ -90,13 +90,18 @@ pub struct RunningExponents {
 pub struct LyapunovStudy {
     /// The exponents; none where it was stopped before any growth was averaged.
     pub spectrum: LyapunovSpectrum,
-    /// The exponents along the way, at times that grow by a few per cent.
+    /// What is known of the motion beside them.
+    pub motion: Motion,
+    /// The exponents along the way, at times that grow by a few per cent; the last ones are those of
+    /// the spectrum.
     pub running: Vec<RunningExponents>,
     /// Mean of the trace of `dF/dz` along the motion, 1/s, to which all exponents add up; `None`
     /// where not all are followed or where events make the state or the law jump.
     pub mean_trace: Option<f64>,
     /// How it ended.
     pub ending: Ending,
+    /// Time in which the vectors settled, s.
+    pub settled: f64,
     /// Work done, settling included.
     pub tally: Tally,
     /// Time followed, settling included, s.
@@ -107,20 +112,61 @@ pub struct LyapunovStudy {
 
 impl LyapunovStudy {
     /// What a study came to that was stopped before it began.
-    fn stopped(dimension: usize) -> Self {
+    pub(crate) fn stopped(dimension: usize) -> Self {
         let spectrum = LyapunovSpectrum {
             dimension,
             ..LyapunovSpectrum::default()
         };
         Self {
             spectrum,
+            motion: Motion::default(),
             running: Vec::new(),
             mean_trace: None,
             ending: Ending::Stopped,
+            settled: 0.0,
             tally: Tally::default(),
             followed: 0.0,
             busy_seconds: 0.0,
         }
+    }
+
+    /// What the motion comes to; undecided where there are no exponents.
+    pub fn attractor(&self) -> Attractor {
+        if self.spectrum.exponents.is_empty() {
+            return Attractor::Undecided;
+        }
+        self.spectrum.attractor_of(self.motion)
+    }
+
+    /// How far the sum of all exponents is off the mean trace, over the sum of their sizes: how well
+    /// the steps resolve the contractions. `None` where there is no sum or no trace.
+    pub fn imbalance(&self) -> Option<f64> {
+        let (sum, trace) = self.sum().zip(self.mean_trace)?;
+        let sizes = self.spectrum.exponents.iter().map(|e| e.value.abs());
+        // The trace of conservative motion is zero, and is no measure.
+        let size = sizes.sum::<f64>().max(trace.abs());
+        (size > 0.0).then(|| (sum - trace).abs() / size)
+    }
+
+    /// By how much, as a natural logarithm, the last direction followed shrinks in a mean step; zero
+    /// where it does not shrink, or collapses.
+    pub fn contraction_per_step(&self) -> f64 {
+        let last = self.spectrum.exponents.last().map_or(0.0, |e| e.value);
+        let step = self.followed / self.tally.steps.max(1) as f64;
+        if last.is_finite() {
+            (-last).max(0.0) * step
+        } else {
+            0.0
+        }
+    }
+
+    /// Numbers, from 0, of exponents that stand below the next one by more than the two intervals: the
+    /// vectors have not settled, since settled ones have falling rates. Drifts that leave the order as
+    /// it is widen the intervals.
+    pub fn unsettled(&self) -> Vec<usize> {
+        let pairs = self.spectrum.exponents.windows(2).enumerate();
+        let swapped = pairs.filter(|(_, pair)| pair[0].high() < pair[1].low());
+        swapped.map(|(k, _)| k).collect()
     }
 
     /// The sum of all exponents, 1/s; `None` where not all are followed.
@@ -160,12 +206,12 @@ pub type Watch<'a> = &'a mut dyn FnMut(LyapunovProgress) -> bool;
 const SPACING: f64 = 1.03;
 /// The first of them, in looks.
 const FIRST: f64 = 16.0;
-/// The caller is asked every so many looks.
-const HEED: u64 = 64;
+/// The caller is asked about so often.
+const HEED: Duration = Duration::from_millis(50);
 
 /// Follows the tangent vectors of an integrator that has been started
 /// ([`Integrator::with_tangents`]), lets them settle, and averages their growth until the goal is
-/// reached. `watch` is told how far it is every now and then and answers whether to go on.
+/// reached. `watch` is told how far it is every 50 ms and answers whether to go on.
 ///
 /// # Errors
 /// [`DynamicsError::Lacks`] for an integrator without tangent vectors; else when the integration
@@ -197,7 +243,8 @@ pub fn lyapunov<Y: System + ?Sized>(
         looks: 0,
         z: vec![0.0; sys.dim()],
     };
-    let mut running = Vec::new();
+    let mut running: Vec<RunningExponents> = Vec::new();
+    let mut heed = Heed::default();
     let mut trace = MeanTrace::new(sys, width);
     let mut needed = plan.expected();
 
@@ -212,12 +259,13 @@ pub fn lyapunov<Y: System + ?Sized>(
             share,
             largest,
         };
-        if look % HEED == 0 && !watch(progress) {
+        if heed.is_due() && !watch(progress) {
             ending = Some(Ending::Stopped);
             break;
         }
     }
     walk.integrator.forget_growth();
+    let settled = walk.time() - start;
 
     let last = (longest / plan.look).round().max(1.0) as u64;
     let (mut look, mut kept) = (0, FIRST);
@@ -235,11 +283,8 @@ pub fn lyapunov<Y: System + ?Sized>(
             kept *= SPACING;
             if let Some(spectrum) = walk.integrator.exponents().filter(|s| s.time > 0.0) {
                 largest = spectrum.exponents.first().copied();
-                running.push(RunningExponents {
-                    time: spectrum.time,
-                    exponents: spectrum.exponents.clone(),
-                });
-                if plan.reached(&spectrum, time) {
+                keep(&mut running, &spectrum);
+                if plan.reached(&spectrum, walk.integrator.motion(sys), time) {
                     ending = Some(Ending::Reached);
                 }
                 needed = plan.needed(&spectrum, time, longest);
@@ -253,7 +298,7 @@ pub fn lyapunov<Y: System + ?Sized>(
         }
         let share = (plan.settle + time) / (plan.settle + needed.max(time));
         let phase = Phase::Averaging;
-        let heeded = look % HEED == 0 || ending.is_some();
+        let heeded = ending.is_some() || heed.is_due();
         let goes_on = !heeded
             || watch(LyapunovProgress {
                 phase,
@@ -270,11 +315,14 @@ pub fn lyapunov<Y: System + ?Sized>(
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
     }
+    keep(&mut running, &spectrum);
     Ok(LyapunovStudy {
+        motion: integrator.motion(sys),
         spectrum,
         running,
         mean_trace: trace.and_then(|trace| trace.mean()),
         ending,
+        settled,
         tally: since(integrator.tally(), before),
         followed,
         busy_seconds: began.elapsed().as_secs_f64(),
@@ -291,12 +339,12 @@ impl LyapunovPlan {
     }
 
     /// Whether the goal is reached after a time of averaging, s.
-    fn reached(&self, spectrum: &LyapunovSpectrum, time: f64) -> bool {
+    fn reached(&self, spectrum: &LyapunovSpectrum, motion: Motion, time: f64) -> bool {
         match self.goal {
             // That one is counted in looks.
             Goal::Time(_) => false,
             Goal::HalfWidth(wanted) => time >= self.least && widest(spectrum) <= wanted,
-            Goal::Verdict => time >= self.least && is_clear(spectrum),
+            Goal::Verdict => time >= self.least && is_clear(spectrum, motion),
         }
     }
 
@@ -314,8 +362,37 @@ impl LyapunovPlan {
 
 /// Whether more time would tell no more: it is decided what the motion comes to, or all signs are
 /// known but too few exponents are followed.
-fn is_clear(spectrum: &LyapunovSpectrum) -> bool {
-    spectrum.attractor() != Attractor::Undecided || spectrum.count(Sign::Doubtful) == 0
+fn is_clear(spectrum: &LyapunovSpectrum, motion: Motion) -> bool {
+    spectrum.attractor_of(motion).is_decided() || spectrum.count(Sign::Doubtful) == 0
+}
+
+/// Keeps the exponents so far, unless those of the same time are kept already: growth is known from
+/// step to step, and a look may lie within the step of the one before.
+fn keep(running: &mut Vec<RunningExponents>, spectrum: &LyapunovSpectrum) {
+    let newer = running.last().is_none_or(|last| last.time < spectrum.time);
+    if newer && spectrum.time > 0.0 {
+        running.push(RunningExponents {
+            time: spectrum.time,
+            exponents: spectrum.exponents.clone(),
+        });
+    }
+}
+
+/// Says when the caller is to be asked: by the clock, since a look may take microseconds or tens of
+/// milliseconds.
+#[derive(Default)]
+struct Heed {
+    last: Option<Instant>,
+}
+
+impl Heed {
+    fn is_due(&mut self) -> bool {
+        let due = self.last.is_none_or(|last| last.elapsed() >= HEED);
+        if due {
+            self.last = Some(Instant::now());
+        }
+        due
+    }
 }
 
 /// The largest half width of exponents that are numbers, 1/s.

@@ -46,7 +46,8 @@ fn plan(goal: Goal) -> LyapunovPlan {
         settle: 20.0,
         goal,
         least: 50.0,
-        most: 4000.0,
+        // A zero takes 1000 periods.
+        most: 8000.0,
         look: 0.02,
     }
 }
@@ -74,7 +75,9 @@ fn time_is_kept() {
     let [largest, zero] = [0, 1].map(|k| found.spectrum.exponents[k].value);
     assert!((largest - 0.9056).abs() < 0.1 && zero.abs() < 0.1);
     let times: Vec<f64> = found.running.iter().map(|r| r.time).collect();
-    assert!(times.len() > 50 && times.is_sorted());
+    assert!(times.len() > 50 && times.is_sorted_by(|a, b| a < b));
+    let last = found.running.last().unwrap();
+    assert_eq!(last.exponents, found.spectrum.exponents);
     // Two of three: there is neither a sum nor a trace to compare with.
     assert_eq!((found.sum(), found.mean_trace), (None, None));
 }
@@ -110,19 +113,30 @@ fn the_same_twice() {
 
 #[test]
 fn a_stop_is_heeded_and_what_was_reached_is_kept() {
-    let mut asked = 0;
-    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |progress| {
+    let began = Instant::now();
+    let mut stopped = None;
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e8)), &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
-        asked += 1;
-        asked < 60
+        let goes_on = progress.phase != Phase::Averaging;
+        stopped = stopped.or((!goes_on).then(|| began.elapsed()));
+        goes_on
     });
     assert_eq!(found.ending, Ending::Stopped);
+    // It is asked soon, by the clock, and heeded at once.
+    let asked = stopped.unwrap();
+    assert!(asked < Duration::from_secs(2), "{asked:?}");
+    assert!(began.elapsed() < asked + Duration::from_secs(1));
     assert_eq!(found.spectrum.exponents.len(), 1);
-    assert!(found.spectrum.time > 30.0 && found.spectrum.time < 80.0);
+    assert!(found.spectrum.time > 0.0 && found.spectrum.time < 1e7);
+    assert_eq!(found.settled, 20.0);
+    let last = found.running.last().unwrap();
+    assert_eq!(last.time, found.spectrum.time);
+    assert_eq!(last.exponents, found.spectrum.exponents);
 
     let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_| false);
     assert_eq!(found.ending, Ending::Stopped);
     assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
+    assert_eq!(found.settled, 0.02);
 }
 
 #[test]
