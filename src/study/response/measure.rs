@@ -11,7 +11,7 @@ use crate::scene::{Scene, SectionSurface, Setting};
 const MOST_POINTS: usize = 400;
 
 /// Delay of the section where the scene names none, s: a quarter of a period of 4.1 kHz.
-const LAG: f64 = 60e-6;
+pub(super) const LAG: f64 = 60e-6;
 
 /// States of a delay.
 const STATES_A_LAG: usize = 6;
@@ -20,7 +20,7 @@ const STATES_A_LAG: usize = 6;
 const STATES: usize = 2000;
 
 /// Dimension of these states, Section 3 of the paper.
-const DIMENSION: usize = 5;
+pub(super) const DIMENSION: usize = 5;
 
 /// States are recurrent within this many deviations of the displacement.
 const NEARNESS: f64 = 0.5;
@@ -127,7 +127,7 @@ impl Samples {
                 amplitude: line.amplitude,
                 name: name.map(|name| name.to_string()).unwrap_or_default(),
             });
-        let lag = ((lag(scene) * self.rate).round() as usize).max(1);
+        let lag = ((section_lag(scene) * self.rate).round() as usize).max(1);
         let recurrence = match moves {
             true => self.recurrence(lag)?,
             false => None,
@@ -199,7 +199,7 @@ impl Samples {
 }
 
 /// The delay of the section, s: the one that the scene gives, if it is one of a delay.
-fn lag(scene: &Scene) -> f64 {
+pub fn section_lag(scene: &Scene) -> f64 {
     match scene
         .analysis
         .section

@@ -5,6 +5,7 @@
 //! exponents by tangent vectors that go along.
 
 mod measure;
+mod recurrence;
 mod settle;
 
 #[cfg(test)]
@@ -20,7 +21,8 @@ use crate::scene::Scene;
 
 use super::{StabilityAt, StudyError, stability};
 use measure::Samples;
-pub use measure::{NamedTone, Portrait};
+pub use measure::{NamedTone, Portrait, section_lag};
+pub use recurrence::RecurrenceWindow;
 use settle::Settling;
 
 /// How a response is taken.
