@@ -11,6 +11,7 @@ use super::model::ModelFile;
 use super::report::ModeReport;
 use super::run::{Job, Viewer};
 use super::sweep;
+use super::sweep_view::sweep_view;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::figure::{lyapunov_figure, signal_figures, sweep_figures};
@@ -18,6 +19,7 @@ use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table
 use crate::joint::BallJoint;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
+use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
@@ -108,6 +110,9 @@ pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
             })
         });
         drawn.collect()
+    },
+    record: |plan, points, command, path| {
+        Ok(save_sweep(path, &sweep_view(plan, points, command)?)?)
     },
 };
 

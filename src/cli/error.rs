@@ -63,6 +63,16 @@ pub enum CliError {
         /// Its path.
         path: &'static str,
     },
+    /// A recording is asked for of a sweep over two parameters.
+    #[error(
+        "--save is for a sweep over one parameter, which is then the timeline to scrub; sweep over `{first}` or `{second}` alone, or leave --save out"
+    )]
+    NoTimeline {
+        /// Path of the first parameter.
+        first: &'static str,
+        /// Path of the second.
+        second: &'static str,
+    },
     /// A fault while running.
     #[error("the {doing} failed")]
     Run {
@@ -82,6 +92,7 @@ impl CliError {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::WouldReplace { .. } | Self::TooManyAxes { .. } | Self::AxisTwice { .. } => 2,
+            Self::NoTimeline { .. } => 2,
             Self::Table(error) if !matches!(error, TableError::Write { .. }) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,

@@ -30,6 +30,7 @@ mod stability;
 mod steps;
 mod sweep;
 pub mod sweep_report;
+mod sweep_view;
 
 use std::process::ExitCode;
 

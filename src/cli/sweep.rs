@@ -12,6 +12,7 @@ use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport};
+use super::run::command_line;
 use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::response::ResponsePlan;
@@ -27,6 +28,8 @@ const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 pub(super) struct Tools {
     /// Draws the figures: names with their SVG and PNG.
     pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
+    /// Records a sweep over one parameter, started by a command, into a file.
+    pub record: fn(&SweepPlan, &[SweepPoint], &str, &Path) -> Result<(), Cause>,
 }
 
 /// A figure, drawn.
@@ -54,6 +57,7 @@ pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
 
 fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let plan = plan(args)?;
+    check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
@@ -121,6 +125,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
             reason,
         })
     })?;
+    check_timeline(&plan, &args.outputs)?;
     let mut merged: Vec<SweepPoint> = Vec::new();
     let mut join = |path: &Path, points: Vec<SweepPoint>| {
         for point in points {
@@ -159,6 +164,17 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     )
 }
 
+/// A recording has one timeline, and so a sweep that is recorded has one parameter.
+fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliError> {
+    match (&plan.axes[..], &outputs.save) {
+        ([first, second, ..], Some(_)) => Err(CliError::NoTimeline {
+            first: first.parameter().path(),
+            second: second.parameter().path(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// A table that is not what it should be is bad input.
 fn bad_table(error: TableError) -> CliError {
     CliError::Table(error)
@@ -169,6 +185,7 @@ struct Files {
     table: OutputFile,
     csv: OutputFile,
     json: Option<OutputFile>,
+    save: Option<OutputFile>,
 }
 
 impl Files {
@@ -181,16 +198,22 @@ impl Files {
         if let Some(directory) = &outputs.figures {
             check_directory(directory, "--figures")?;
         }
-        let [table, csv, json] = check_all(
+        let [table, csv, json, save] = check_all(
             input,
             [
                 ("--out", Some(&*outputs.out)),
                 ("--out, short table", Some(&*csv)),
                 ("--json", json),
+                ("--save", outputs.save.as_deref()),
             ],
         )?;
         match (table, csv) {
-            (Some(table), Some(csv)) => Ok(Self { table, csv, json }),
+            (Some(table), Some(csv)) => Ok(Self {
+                table,
+                csv,
+                json,
+                save,
+            }),
             _ => unreachable!("both were asked for"),
         }
     }
@@ -244,6 +267,11 @@ fn deliver(
                 written.push(FileReport::of(&file)?);
             }
         }
+    }
+    // Of nothing there is no recording.
+    if let Some(file) = files.save.as_ref().filter(|_| !points.is_empty()) {
+        (tools.record)(plan, points, &command_line(), file.path()).map_err(failed("recording"))?;
+        written.push(FileReport::of(file)?);
     }
     let report = SweepReport::new(plan, points, interrupted, written);
     if outputs.json.as_deref() == Some(Path::new("-")) {
