@@ -6,6 +6,8 @@ use rerun::{
         Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Tabs, TimePanel, TimeSeriesView,
         components::{LoopMode, PanelState, PlayState},
     },
+    datatypes::{TimeInt, TimeRangeBoundary},
+    external::re_sdk_types::blueprint::{archetypes::TimeAxis, components::TimeRange},
 };
 
 use super::{Layout, Parts, tab};
@@ -15,7 +17,7 @@ use crate::record::{
     plot::{Axis, Bounds},
     portrait::Portrait,
     recurrence::Recurrence,
-    sweep::{self, Scope, StartView, SweepView, square},
+    sweep::{self, Ladder, Scope, StartView, SweepView, square},
 };
 
 /// Values a second while playing.
@@ -23,16 +25,6 @@ const PLAYS: f64 = 1.5;
 
 /// Sends the layout of a sweep.
 pub fn send(rec: &RecordingStream, sweep: &SweepView, scope: &Scope) -> Result<(), RecordError> {
-    send_turned(rec, sweep, scope, 0)
-}
-
-/// Sends the layout of a sweep, the tabs turned so that one of them comes first.
-pub fn send_turned(
-    rec: &RecordingStream,
-    sweep: &SweepView,
-    scope: &Scope,
-    first: usize,
-) -> Result<(), RecordError> {
     let mut layout = Layout::default();
     let mut tabs = Vec::new();
     if sweep.starts.len() > 1 {
@@ -44,8 +36,7 @@ pub fn send_turned(
     }
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.push(tab("About", Some(about)));
-    let mut tabs: Vec<_> = tabs.into_iter().flatten().collect();
-    tabs.rotate_left(first);
+    let tabs: Vec<_> = tabs.into_iter().flatten().collect();
     let blueprint = Blueprint::new(Tabs::new(tabs))
         .with_auto_layout(false)
         .with_auto_views(false)
@@ -60,6 +51,19 @@ pub fn send_turned(
                 .with_play_state(PlayState::Paused),
         );
     layout.send(rec, sweep::APPLICATION, &blueprint)
+}
+
+/// All ticks, and a little more to either side; nothing if there is but one.
+fn whole(ladder: &Ladder) -> Option<TimeRange> {
+    let [first, .., last] = ladder.ticks[..] else {
+        return None;
+    };
+    let margin = (0.3 * ladder.gap()).ceil() as i64;
+    let at = |tick| TimeRangeBoundary::Absolute(TimeInt(tick));
+    Some(TimeRange(rerun::datatypes::TimeRange {
+        start: at(first - margin),
+        end: at(last + margin),
+    }))
 }
 
 impl Layout {
@@ -160,14 +164,16 @@ impl Layout {
         let root = Root::of_start(&start.key);
         let contents = [paths::EXPONENTS_RUNNING, paths::EXPONENTS_ZERO];
         let contents = contents.map(|path| format!("+ /{}", root.at(path)));
-        let name = format!(
-            "Lyapunov exponents, 1/s, over {}: {}",
-            scope.ladder.name, start.words
-        );
+        // In words it would not fit over a narrow view.
+        let name = format!("Lyapunov exponents, 1/s: {}", start.key);
         let view = TimeSeriesView::new(name).with_contents(contents).into();
         let view = self.windowed(view, None);
         let [low, high] = scope.exponent_range;
         self.range(&view, low, high);
+        // Left alone the viewer shows the neighbourhood of the cursor.
+        if let Some(whole) = whole(&scope.ladder) {
+            self.set(&view, &TimeAxis::new().with_view_range(whole));
+        }
         Some(view)
     }
 }

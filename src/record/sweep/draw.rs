@@ -123,15 +123,16 @@ impl<'a> Draw<'a> {
         let before = marks.len();
         marks.extend(failed.map(|point| {
             let at = plot.at(point.value, plot.y.low);
-            (at.map(|c| (4.0 * c) as i32), style::AXIS)
+            (at.map(|c| (4.0 * c).round() as i32), style::AXIS)
         }));
         if marks.len() > before {
             kinds.push(("no response".to_owned(), style::AXIS));
         }
+        marks.sort_by_key(|(at, _)| *at);
         marks.dedup_by_key(|(at, _)| *at);
         let points = Points2D::new(marks.iter().map(|(at, _)| at.map(|c| c as f32 / 4.0)))
             .with_colors(marks.iter().map(|(_, color)| *color))
-            .with_radii([Radius::new_ui_points(1.4)]);
+            .with_radii([Radius::new_ui_points(1.8)]);
         rec.log_static(self.root.at(paths::DIAGRAM_POINTS), &points)?;
 
         let places = place_key(plot.width, &kinds);

@@ -28,6 +28,7 @@ use super::{
     text::{self, Origin},
 };
 use draw::{Draw, Frame};
+pub(super) use ladder::Ladder;
 pub(super) use scope::{Scope, square};
 pub use view::{
     MotionView, ParameterView, PointView, RecurrenceView, ResponseView, StartView, SweepView,

@@ -200,7 +200,9 @@ fn spectrum(sweep: &SweepView, largest: f64) -> SpectrumPlot {
     // The last bin may be a little beyond a round number.
     let end = (end / 1e3).round() * 1e3;
     let highest = if end > 0.0 { highest.min(end) } else { highest };
-    let top = (unit.per_si * largest).log10().ceil() as i32;
+    // Of a displacement without lines there is at least a size.
+    let top = if strongest > 0.0 { strongest } else { largest };
+    let top = (unit.per_si * top).log10().ceil() as i32;
     SpectrumPlot::new(
         &format!("amplitude of {}", sweep.letter),
         unit,

@@ -204,14 +204,16 @@ pub fn about(sweep: &SweepView, timeline: &str) -> String {
         })
         .collect();
     format!(
-        "# {title}\n\n{about}\n\n## A sweep over the {label}\n\n\
+        "# `{scene}` over {name}\n\n\
+         The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
          {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
          An asterisk: not settled. τ = {lag} in sections.\n\n\
-         ## Scene `{scene}`\n\n```toml\n{text}\n```\n\n\
+         ## Scene `{scene}`: {title}\n\n{about}\n\n```toml\n{text}\n```\n\n\
          squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
         title = sweep.title,
         about = sweep.about,
+        name = sweep.parameter.name,
         label = sweep.parameter.label,
         lag = Quantity::Time.words(sweep.lag),
         scene = sweep.scene,
