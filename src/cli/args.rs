@@ -437,6 +437,9 @@ pub struct SweepOutputs {
     /// Draw the figures into this directory, as SVG and PNG.
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
+    /// Save a recording for the Rerun viewer, with the parameter as the timeline to scrub; of a sweep over one parameter.
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
     /// Write every number as JSON, too; `-` prints it instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,

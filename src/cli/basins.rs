@@ -10,29 +10,37 @@ use super::args::BasinsArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::report::{self, FileReport, Report};
-use super::sweep::{Drawn, Files, response_plan, tell, work_through, write_figures, write_tables};
+use super::sweep::{
+    Drawn, Files, Record, response_plan, tell, work_through, write_figures, write_recording,
+    write_tables,
+};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::basins::{Attractor, attractors};
 use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
 
-/// Draws the figure of coexisting attractors under a title.
-pub(super) type Draw = fn(&str, &[SweepPoint], &[Attractor]) -> Result<Drawn, Cause>;
+/// What the rest of the crate does for this command.
+pub(super) struct Tools {
+    /// Draws the figure of coexisting attractors under a title.
+    pub draw: fn(&str, &[SweepPoint], &[Attractor]) -> Result<Drawn, Cause>,
+    /// Records the responses, the seed of the kick as the timeline.
+    pub record: Record,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
-pub(super) fn basins(args: &BasinsArgs, draw: Draw) -> Result<(), CliError> {
+pub(super) fn basins(args: &BasinsArgs, tools: &Tools) -> Result<(), CliError> {
     let stop = interrupt::catch().map_err(|source| CliError::Run {
         doing: "set-up of Ctrl-C",
         source,
     })?;
-    execute(args, &stop, draw)
+    execute(args, &stop, tools)
 }
 
-fn execute(args: &BasinsArgs, stop: &AtomicBool, draw: Draw) -> Result<(), CliError> {
+fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
@@ -51,12 +59,13 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, draw: Draw) -> Result<(), CliEr
             Some(tilt) => format!("{} at {tilt} deg", plan.scene.name),
             None => plan.scene.name.clone(),
         };
-        let drawn = draw(&title, &points, &found).map_err(|source| CliError::Run {
+        let drawn = (tools.draw)(&title, &points, &found).map_err(|source| CliError::Run {
             doing: "drawing",
             source,
         })?;
         written.extend(write_figures(directory, &[drawn])?);
     }
+    written.extend(write_recording(&plan, &points, &files, tools.record)?);
     let report = BasinsReport::new(&plan, tilt, &points, &found, !done, written);
     tell(&report, &args.outputs, &files)?;
     if done {
@@ -239,6 +248,21 @@ mod tests {
         })
     }
 
+    fn record(
+        plan: &SweepPlan,
+        points: &[SweepPoint],
+        _: &str,
+        path: &std::path::Path,
+    ) -> Result<(), Cause> {
+        let parameter = plan.axes[0].parameter().path();
+        Ok(std::fs::write(
+            path,
+            format!("{} over {parameter}", points.len()),
+        )?)
+    }
+
+    const TOOLS: Tools = Tools { draw, record };
+
     fn args(folder: &std::path::Path) -> BasinsArgs {
         BasinsArgs {
             scene: Some("printed-friction".to_owned()),
@@ -257,6 +281,7 @@ mod tests {
             outputs: SweepOutputs {
                 out: folder.join("basins.arrow"),
                 figures: Some(folder.join("figures")),
+                save: Some(folder.join("basins.rrd")),
                 json: Some(folder.join("basins.json")),
             },
         }
@@ -266,7 +291,7 @@ mod tests {
     fn all_kicks_of_the_printed_friction_come_to_rest() {
         let folder = tempfile::tempdir().unwrap();
         let args = args(folder.path());
-        execute(&args, &AtomicBool::new(false), draw).unwrap();
+        execute(&args, &AtomicBool::new(false), &TOOLS).unwrap();
         let json = std::fs::read(folder.path().join("basins.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
         assert_eq!(report["tilt_deg"], 2.5);
@@ -278,8 +303,10 @@ mod tests {
         assert_eq!(attractors[0]["seeds"], serde_json::json!([7, 8, 9]));
         let svg = std::fs::read_to_string(folder.path().join("figures/basins.svg")).unwrap();
         assert_eq!(svg, "printed-friction at 2.5 deg: 1");
+        let saved = std::fs::read_to_string(folder.path().join("basins.rrd")).unwrap();
+        assert_eq!(saved, "3 over start.seed");
         // What is there is not done again, and not lost either.
-        let again = execute(&args, &AtomicBool::new(false), draw).unwrap_err();
+        let again = execute(&args, &AtomicBool::new(false), &TOOLS).unwrap_err();
         assert_eq!(again.exit_code(), 2);
     }
 
@@ -290,7 +317,7 @@ mod tests {
             tilt: Some(91.0),
             ..args(folder.path())
         };
-        let error = execute(&args, &AtomicBool::new(false), draw).unwrap_err();
+        let error = execute(&args, &AtomicBool::new(false), &TOOLS).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(!args.outputs.out.exists());
     }

@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use super::analyse::{FigureFile, Play, Tools};
+use super::basins;
 use super::error::{Cause, CliError};
 use super::lyapunov;
 use super::model::ModelFile;
@@ -13,6 +14,7 @@ use super::paper_captions as captions;
 use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
+use super::sweep_view::sweep_view;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::figure::paper::{
@@ -23,6 +25,7 @@ use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
+use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
@@ -134,10 +137,27 @@ pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
             .map(drawn)
             .collect()
     },
+    record,
+};
+
+/// Records a sweep over one parameter.
+fn record(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    command: &str,
+    path: &Path,
+) -> Result<(), Cause> {
+    Ok(save_sweep(path, &sweep_view(plan, points, command)?)?)
+}
+
+/// What `squeakscope basins` needs.
+pub(super) const BASINS: basins::Tools = basins::Tools {
+    draw: draw_basins,
+    record,
 };
 
 /// Draws what `squeakscope basins` has found.
-pub(super) fn draw_basins(
+fn draw_basins(
     title: &str,
     points: &[SweepPoint],
     found: &[Attractor],

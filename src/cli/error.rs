@@ -71,6 +71,16 @@ pub enum CliError {
         /// Its path.
         path: &'static str,
     },
+    /// A recording is asked for of a sweep over two parameters.
+    #[error(
+        "--save is for a sweep over one parameter, which is then the timeline to scrub; sweep over `{first}` or `{second}` alone, or leave --save out"
+    )]
+    NoTimeline {
+        /// Path of the first parameter.
+        first: &'static str,
+        /// Path of the second.
+        second: &'static str,
+    },
     /// A fault while running.
     #[error("the {doing} failed")]
     Run {
@@ -101,6 +111,7 @@ impl CliError {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::WouldReplace { .. }
             | Self::Exponents { .. }
+            | Self::NoTimeline { .. }
             | Self::ForeignLog { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. } => 2,

@@ -35,6 +35,7 @@ mod stability;
 mod steps;
 mod sweep;
 pub mod sweep_report;
+mod sweep_view;
 
 use std::process::ExitCode;
 
@@ -68,7 +69,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
         Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
-        Some(Command::Basins(args)) => basins::basins(&args, engine::draw_basins),
+        Some(Command::Basins(args)) => basins::basins(&args, &engine::BASINS),
         Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),

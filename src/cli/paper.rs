@@ -79,6 +79,7 @@ fn execute(
     let outputs = SweepOutputs {
         out: args.out.join("sweep.arrow"),
         figures: None,
+        save: None,
         json: args.json.clone(),
     };
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs)?;

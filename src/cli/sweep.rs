@@ -12,6 +12,7 @@ use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report};
+use super::run::command_line;
 use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::response::ResponsePlan;
@@ -27,7 +28,12 @@ const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 pub(super) struct Tools {
     /// Draws the figures: names with their SVG and PNG.
     pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
+    /// Records a sweep over one parameter, started by a command, into a file.
+    pub record: Record,
 }
+
+/// Records a sweep over one parameter, started by a command, into a file.
+pub(super) type Record = fn(&SweepPlan, &[SweepPoint], &str, &Path) -> Result<(), Cause>;
 
 /// A figure, drawn.
 pub(super) struct Drawn {
@@ -54,6 +60,7 @@ pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
 
 fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let plan = plan(args)?;
+    check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
@@ -125,6 +132,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
             reason,
         })
     })?;
+    check_timeline(&plan, &args.outputs)?;
     let mut merged: Vec<SweepPoint> = Vec::new();
     let mut join = |path: &Path, points: Vec<SweepPoint>| {
         for point in points {
@@ -163,6 +171,17 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     )
 }
 
+/// A recording has one timeline, and so a sweep that is recorded has one parameter.
+fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliError> {
+    match (&plan.axes[..], &outputs.save) {
+        ([first, second, ..], Some(_)) => Err(CliError::NoTimeline {
+            first: first.parameter().path(),
+            second: second.parameter().path(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// A table that is not what it should be is bad input.
 fn bad_table(error: TableError) -> CliError {
     CliError::Table(error)
@@ -173,6 +192,7 @@ pub(super) struct Files {
     table: OutputFile,
     csv: OutputFile,
     json: Option<OutputFile>,
+    save: Option<OutputFile>,
 }
 
 impl Files {
@@ -185,16 +205,22 @@ impl Files {
         if let Some(directory) = &outputs.figures {
             check_directory(directory, "--figures")?;
         }
-        let [table, csv, json] = check_all(
+        let [table, csv, json, save] = check_all(
             input,
             [
                 ("--out", Some(&*outputs.out)),
                 ("--out, short table", Some(&*csv)),
                 ("--json", json),
+                ("--save", outputs.save.as_deref()),
             ],
         )?;
         match (table, csv) {
-            (Some(table), Some(csv)) => Ok(Self { table, csv, json }),
+            (Some(table), Some(csv)) => Ok(Self {
+                table,
+                csv,
+                json,
+                save,
+            }),
             _ => unreachable!("both were asked for"),
         }
     }
@@ -243,6 +269,7 @@ fn deliver(
         })?;
         written.extend(write_figures(directory, &drawn)?);
     }
+    written.extend(write_recording(plan, points, files, tools.record)?);
     let report = SweepReport::new(plan, points, interrupted, written);
     tell(&report, outputs, files)
 }
@@ -274,6 +301,23 @@ pub(super) fn write_tables(
         FileReport::of(&files.table)?,
         FileReport::of(&files.csv)?,
     ])
+}
+
+/// Writes the recording, if one is asked for; of nothing there is none.
+pub(super) fn write_recording(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    files: &Files,
+    record: Record,
+) -> Result<Option<FileReport>, CliError> {
+    let Some(file) = files.save.as_ref().filter(|_| !points.is_empty()) else {
+        return Ok(None);
+    };
+    record(plan, points, &command_line(), file.path()).map_err(|source| CliError::Run {
+        doing: "recording",
+        source,
+    })?;
+    Ok(Some(FileReport::of(file)?))
 }
 
 /// Writes figures into a directory, which is made if it is not there.

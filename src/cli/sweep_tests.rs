@@ -11,7 +11,21 @@ fn draw(_: &SweepPlan, points: &[SweepPoint]) -> Result<Vec<Drawn>, Cause> {
     }])
 }
 
-const TOOLS: Tools = Tools { draw };
+fn record(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    command: &str,
+    path: &Path,
+) -> Result<(), Cause> {
+    assert!(!command.is_empty());
+    let parameter = plan.axes[0].parameter().path();
+    Ok(std::fs::write(
+        path,
+        format!("{} over {parameter}", points.len()),
+    )?)
+}
+
+const TOOLS: Tools = Tools { draw, record };
 
 fn steps(text: &str) -> Steps {
     text.parse().unwrap()
@@ -36,6 +50,7 @@ impl Desk {
         SweepOutputs {
             out: self.path(name),
             figures: None,
+            save: None,
             json: Some(self.path(name).with_extension("json")),
         }
     }
@@ -155,6 +170,63 @@ fn shards_merge_to_the_whole() {
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(bad), "{refused}");
     }
+}
+
+#[test]
+fn a_recording_is_of_one_parameter() {
+    let desk = Desk::new();
+    let mut args = desk.args("a.arrow");
+    args.outputs.save = Some(desk.path("a.rrd"));
+    execute(&args, &no_stop(), &TOOLS).unwrap();
+    let saved = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap();
+    assert_eq!(saved("a.rrd"), "6 over load.tilt_deg");
+    let report = desk.json("a.json");
+    let files = report["files"].as_array().unwrap();
+    assert!(files[2]["path"].as_str().unwrap().ends_with("a.rrd"));
+    // From a table as well.
+    let again = MergeArgs {
+        tables: vec![desk.path("a.arrow")],
+        outputs: SweepOutputs {
+            save: Some(desk.path("b.rrd")),
+            ..desk.outputs("b.arrow")
+        },
+    };
+    merge(&again, &TOOLS).unwrap();
+    assert_eq!(saved("b.rrd"), saved("a.rrd"));
+    // What a recording cannot show, or would overwrite, is refused before anything is done.
+    let both = SweepArgs {
+        over: vec!["load_n=100:150:50".parse().unwrap()],
+        outputs: SweepOutputs {
+            save: Some(desk.path("map.rrd")),
+            ..desk.outputs("map.arrow")
+        },
+        ..desk.args("map.arrow")
+    };
+    let same = SweepArgs {
+        outputs: SweepOutputs {
+            save: Some(desk.path("map.csv")),
+            ..desk.outputs("map.arrow")
+        },
+        ..desk.args("map.arrow")
+    };
+    for (args, word) in [(both, "one parameter"), (same, "asked for twice")] {
+        let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
+        assert_eq!(refused.exit_code(), 2, "{refused}");
+        assert!(refused.to_string().contains(word), "{refused}");
+        assert!(!desk.path("map.arrow").exists() && !desk.path("map.rrd").exists());
+    }
+}
+
+#[test]
+fn an_interrupted_sweep_records_what_it_has() {
+    let desk = Desk::new();
+    let mut args = desk.args("part.arrow");
+    args.outputs.save = Some(desk.path("part.rrd"));
+    let ended = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
+    assert_eq!(ended.exit_code(), 130);
+    let known = desk.json("part.json")["points_known"].as_u64().unwrap();
+    let saved = std::fs::read_to_string(desk.path("part.rrd")).unwrap_or_default();
+    assert_eq!(saved.is_empty(), known == 0);
 }
 
 #[test]

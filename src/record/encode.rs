@@ -12,7 +12,7 @@ use super::{
     error::RecordError,
     exponents::ExponentsPlot,
     patch::Patch,
-    paths,
+    paths::{self, Root},
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
     recurrence::{Picture, Recurrence},
@@ -20,8 +20,9 @@ use super::{
     samples::{self, Samples, Waveform},
     section::Section,
     small::SmallFrames,
-    spectrum::{self, Spectrogram, SpectrumPlot},
-    style, text,
+    spectrum::{self, Spectrogram, Spectrum, SpectrumPlot},
+    style::{self, Quantity},
+    text,
 };
 use crate::{
     analysis::Verdict,
@@ -120,7 +121,7 @@ impl Encoder {
         header: Arc<Header>,
         spec: RecordSpec,
     ) -> Result<Self, RecordError> {
-        text::send_properties(rec, &header)?;
+        text::send_properties(rec, header.as_ref().into())?;
         text::log_about(rec, &header)?;
         regime::name_kinds(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
@@ -130,7 +131,7 @@ impl Encoder {
             frames: Frames::new(rec, &header, spec)?,
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(rec, subject)?,
+            recurrence: Recurrence::new(rec, Root::of_run(), Quantity::displacement(subject))?,
             embedding: Embedding::new(subject),
             delay: Delay::default(),
             quantification: Quantification::default(),
@@ -162,7 +163,17 @@ impl Encoder {
                 bin,
                 amplitude,
                 peaks,
-            } => spectrum::draw_spectrum(rec, &self.spectrum, *time, *bin, amplitude, peaks),
+            } => spectrum::draw_spectrum(
+                rec,
+                &Root::of_run(),
+                &self.spectrum,
+                *time,
+                Spectrum {
+                    bin: *bin,
+                    amplitude,
+                    peaks,
+                },
+            ),
             Record::SpectrogramColumn {
                 time,
                 bin,
@@ -181,7 +192,7 @@ impl Encoder {
             } => self.recurrence.draw(
                 rec,
                 Picture {
-                    time: *time,
+                    at: (*time).into(),
                     window: *window,
                     size: *size,
                     distance,

@@ -6,10 +6,10 @@ use rerun::{
 
 use super::{
     error::RecordError,
-    paths,
+    paths::{self, Root},
     plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
-    stream,
+    stream::{self, Moment},
     style::{self, FullScale, short},
 };
 use crate::{
@@ -58,16 +58,9 @@ impl ExponentsPlot {
         let time = exponents.time;
         if !self.named {
             self.named = true;
-            name_exponents(rec, spectrum.exponents.len())?;
+            name_exponents(rec, &Root::of_run(), spectrum.exponents.len())?;
         }
-        let row = spectrum.exponents.iter().flat_map(|exponent| {
-            // Without an error there is no interval: a gap.
-            let half = Some(exponent.half_width).filter(|half| half.is_finite());
-            let half = half.unwrap_or(f64::NAN);
-            [exponent.value - half, exponent.value, exponent.value + half]
-        });
-        stream::log_at(rec, paths::EXPONENTS_RUNNING, time, &Scalars::new(row))?;
-        stream::log_at(rec, paths::EXPONENTS_ZERO, time, &Scalars::single(0.0))?;
+        log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
         self.draw_spectrum(rec, time, spectrum)?;
         let words = TextDocument::from_markdown(document(header, exponents));
         stream::log_at(rec, paths::EXPONENTS_WORDS, time, &words)
@@ -118,7 +111,7 @@ impl ExponentsPlot {
 }
 
 /// The colour of exponent `k`, from 0.
-fn color(k: usize) -> Color {
+pub fn color(k: usize) -> Color {
     // Neighbours in the list of the modes' colours are shades of one another.
     let place = 2 * k % style::MODES.len();
     style::MODES[place]
@@ -151,8 +144,36 @@ fn spectrum_plot(count: usize, full: f64) -> Plot {
     }
 }
 
-/// Names and colours of the running exponents.
-fn name_exponents(rec: &RecordingStream, count: usize) -> Result<(), RecordError> {
+/// Logs a row of exponents with their intervals, and of the zero to compare with.
+pub fn log_exponents(
+    rec: &RecordingStream,
+    root: &Root,
+    at: impl Into<Moment>,
+    exponents: &[Exponent],
+) -> Result<(), RecordError> {
+    let at = at.into();
+    let row = exponents.iter().flat_map(|exponent| {
+        // Without an error there is no interval: a gap.
+        let half = Some(exponent.half_width).filter(|half| half.is_finite());
+        let half = half.unwrap_or(f64::NAN);
+        [exponent.value - half, exponent.value, exponent.value + half]
+    });
+    stream::log_at(
+        rec,
+        root.at(paths::EXPONENTS_RUNNING),
+        at,
+        &Scalars::new(row),
+    )?;
+    stream::log_at(
+        rec,
+        root.at(paths::EXPONENTS_ZERO),
+        at,
+        &Scalars::single(0.0),
+    )
+}
+
+/// Names and colours of the exponents of [`log_exponents`].
+pub fn name_exponents(rec: &RecordingStream, root: &Root, count: usize) -> Result<(), RecordError> {
     let names = (1..=count).flat_map(|k| {
         [
             format!("λ{k}, lower end, 1/s"),
@@ -164,12 +185,13 @@ fn name_exponents(rec: &RecordingStream, count: usize) -> Result<(), RecordError
         let faint = style::faded(color(k), 0.55);
         [faint, color(k), faint]
     });
-    name_series(rec, paths::EXPONENTS_RUNNING, names, colors)?;
+    let running = root.at(paths::EXPONENTS_RUNNING);
+    name_series(rec, &running, names, colors)?;
     let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8].repeat(count));
-    rec.log_static(paths::EXPONENTS_RUNNING, &widths)?;
+    rec.log_static(running, &widths)?;
     name_series(
         rec,
-        paths::EXPONENTS_ZERO,
+        &root.at(paths::EXPONENTS_ZERO),
         ["zero".to_owned()],
         [style::AXIS],
     )
@@ -190,12 +212,7 @@ fn document(header: &Header, exponents: &Exponents) -> String {
                 k + 1,
                 with_error(exponent, 1.0),
                 with_error(exponent, 1e6 / exponents.omega_1),
-                match spectrum.sign(k) {
-                    Sign::Positive => "above zero",
-                    Sign::Zero => "zero",
-                    Sign::Negative => "below zero",
-                    Sign::Doubtful => "doubtful",
-                },
+                sign_words(spectrum.sign(k)),
             )
         })
         .collect();
@@ -218,8 +235,18 @@ fn document(header: &Header, exponents: &Exponents) -> String {
     )
 }
 
+/// A sign in words.
+pub fn sign_words(sign: Sign) -> &'static str {
+    match sign {
+        Sign::Positive => "above zero",
+        Sign::Zero => "zero",
+        Sign::Negative => "below zero",
+        Sign::Doubtful => "doubtful",
+    }
+}
+
 /// A value with its error, both times a factor.
-fn with_error(value: &Exponent, factor: f64) -> String {
+pub fn with_error(value: &Exponent, factor: f64) -> String {
     let number = short(factor * value.value);
     if value.half_width.is_finite() {
         format!("{number} ± {}", short(factor * value.half_width))

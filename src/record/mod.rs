@@ -4,7 +4,8 @@
 //! to both. What each record draws is said in one file a subject; `paths` spells every entity,
 //! `blueprint` lays out the viewer's screen.
 //!
-//! * Time: one timeline, `sim_time`, a duration in ns of simulated time.
+//! * Time: one timeline, `sim_time`, a duration in ns of simulated time. ([`sweep`] saves a sweep
+//!   instead of a run, with the swept parameter as its timeline.)
 //! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
 //! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
 //!   row; pictures go one by one at a fixed size.
@@ -36,6 +37,7 @@ mod delay;
 mod encode;
 mod error;
 mod exponents;
+mod file_stream;
 mod outlet;
 mod part_file;
 mod patch;
@@ -53,6 +55,7 @@ mod small;
 mod spectrum;
 mod stream;
 mod style;
+pub mod sweep;
 mod text;
 mod vantage;
 

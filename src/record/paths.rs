@@ -1,6 +1,7 @@
 //! Every name inside a recording: the timeline and the entity paths. No other file spells one.
 
-/// The only timeline: simulated time as a duration, in ns.
+/// The only timeline of a run: simulated time as a duration, in ns. (That of a sweep counts the swept
+/// parameter and is called after it.)
 pub const TIMELINE: &str = "sim_time";
 
 /// Recording property with versions, command and scene.
@@ -245,6 +246,47 @@ pub const HEALTH_WORK: &str = "health/work";
 pub const HEALTH_QUEUES: &str = "health/queues";
 /// Energy audit.
 pub const HEALTH_AUDIT: &str = "health/audit";
+
+/// All that a sweep holds, start by start.
+pub const SWEEP: &str = "sweep";
+/// Bifurcation diagram: the settled maxima over the swept parameter.
+pub const DIAGRAM: &str = "diagram";
+/// The maxima.
+pub const DIAGRAM_POINTS: &str = "diagram/points";
+/// The present value.
+pub const DIAGRAM_CURSOR: &str = "diagram/cursor";
+/// Axes of the diagram.
+pub const DIAGRAM_AXES: &str = "diagram/axes";
+/// What its colours mean.
+pub const DIAGRAM_KEY: &str = "diagram/key";
+/// Everything about a point of a sweep, in words.
+pub const POINT_WORDS: &str = "words";
+
+/// Where a part of the recording stands: empty for a run, a folder a start for a sweep.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Root(String);
+
+impl Root {
+    /// That of a run.
+    pub fn of_run() -> Self {
+        Self::default()
+    }
+
+    /// That of the points of a sweep that were started in one way.
+    pub fn of_start(start: &str) -> Self {
+        Self(format!("{SWEEP}/{start}/"))
+    }
+
+    /// The whole path of one of the paths of this file.
+    pub fn at(&self, path: &str) -> String {
+        format!("{}{path}", self.0)
+    }
+}
+
+/// What a picture has to say where there is nothing to draw.
+pub fn note(picture: &str) -> String {
+    format!("{picture}/note")
+}
 
 /// One tile of the spectrogram, from 0.
 pub fn spectrogram_tile(index: usize) -> String {

@@ -5,7 +5,8 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::{
     error::RecordError,
-    paths, stream,
+    paths,
+    stream::{self, Moment},
     style::{self, short},
 };
 
@@ -114,19 +115,19 @@ impl Plot {
         }
     }
 
-    /// Logs the axes below `path`, for all times or from `time` (s) on.
+    /// Logs the axes below `path`, for all times or from a moment on.
     pub fn draw(
         &self,
         rec: &RecordingStream,
         path: &str,
-        time: Option<f64>,
+        from: Option<Moment>,
     ) -> Result<(), RecordError> {
         let (lines, labels) = (self.lines(), self.labels());
         let (line_path, label_path) = (paths::axis_lines(path), paths::axis_labels(path));
-        match time {
-            Some(time) => {
-                stream::log_at(rec, line_path, time, &lines)?;
-                stream::log_at(rec, label_path, time, &labels)
+        match from {
+            Some(from) => {
+                stream::log_at(rec, line_path, from, &lines)?;
+                stream::log_at(rec, label_path, from, &labels)
             }
             None => {
                 rec.log_static(line_path, &lines)?;
@@ -193,15 +194,16 @@ impl Plot {
         &self,
         rec: &RecordingStream,
         path: &str,
-        time: f64,
+        at: impl Into<Moment>,
         points: impl Iterator<Item = [f64; 2]>,
         (color, radius): (Color, f32),
     ) -> Result<(), RecordError> {
         let curve = points.map(|[x, y]| self.at(x, y)).collect::<Vec<_>>();
-        let curve = LineStrips2D::new([curve])
+        // Nothing to draw is no strip, rather than one without points.
+        let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
             .with_colors([color])
             .with_radii([Radius::new_ui_points(radius)]);
-        stream::log_at(rec, path, time, &curve)
+        stream::log_at(rec, path, at, &curve)
     }
 
     /// Draws points of the given colour and radius (points of the screen).
@@ -209,14 +211,14 @@ impl Plot {
         &self,
         rec: &RecordingStream,
         path: &str,
-        time: f64,
+        at: impl Into<Moment>,
         points: impl Iterator<Item = [f64; 2]>,
         (color, radius): (Color, f32),
     ) -> Result<(), RecordError> {
         let points = Points2D::new(points.map(|[x, y]| self.at(x, y)))
             .with_colors([color])
             .with_radii([Radius::new_ui_points(radius)]);
-        stream::log_at(rec, path, time, &points)
+        stream::log_at(rec, path, at, &points)
     }
 
     /// Marks what was chosen: an upright line through the field at a point of a curve.
@@ -224,21 +226,24 @@ impl Plot {
         &self,
         rec: &RecordingStream,
         path: &str,
-        time: f64,
+        at: impl Into<Moment>,
         [x, y]: [f64; 2],
     ) -> Result<(), RecordError> {
-        let [at, height] = self.at(x, y);
+        let [across, height] = self.at(x, y);
         let gap = 6.0;
         // Two pieces that leave the point itself free.
         let strips = [
-            [[at, 0.0], [at, (height - gap).max(0.0)]],
-            [[at, (height + gap).min(self.height)], [at, self.height]],
+            [[across, 0.0], [across, (height - gap).max(0.0)]],
+            [
+                [across, (height + gap).min(self.height)],
+                [across, self.height],
+            ],
         ];
         let stem = LineStrips2D::new(strips)
             .with_colors([style::ACCENT])
             .with_radii([Radius::new_ui_points(1.0)])
             .with_draw_order(1.0);
-        stream::log_at(rec, path, time, &stem)
+        stream::log_at(rec, path, at, &stem)
     }
 
     /// Writes words above the field, below the name of the upright axis: a plot that has both
@@ -247,7 +252,7 @@ impl Plot {
         &self,
         rec: &RecordingStream,
         path: &str,
-        time: f64,
+        at: impl Into<Moment>,
         words: &str,
     ) -> Result<(), RecordError> {
         let caption = Points2D::new([[0.5 * self.width, -36.0]])
@@ -255,7 +260,7 @@ impl Plot {
             .with_show_labels(true)
             .with_colors([style::AXIS])
             .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, path, time, &caption)
+        stream::log_at(rec, path, at, &caption)
     }
 }
 
@@ -267,18 +272,18 @@ pub const CAPTION_HEIGHT: f32 = 26.0;
 pub struct Axes(Option<Plot>);
 
 impl Axes {
-    /// Logs the axes of `plot` below `path` from `time` (s) on, unless they stand there already.
+    /// Logs the axes of `plot` below `path` from a moment on, unless they stand there already.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
         path: &str,
-        time: f64,
+        at: impl Into<Moment>,
         plot: &Plot,
     ) -> Result<(), RecordError> {
         if self.0.as_ref() == Some(plot) {
             return Ok(());
         }
-        plot.draw(rec, path, Some(time))?;
+        plot.draw(rec, path, Some(at.into()))?;
         self.0 = Some(plot.clone());
         Ok(())
     }

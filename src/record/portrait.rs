@@ -106,7 +106,9 @@ impl Portrait {
         }
         let field = Field::new(self.scales.map(FullScale::get));
         if changed {
-            field.plot.draw(rec, paths::PORTRAIT_AXES, Some(frame.t0))?;
+            field
+                .plot
+                .draw(rec, paths::PORTRAIT_AXES, Some(frame.t0.into()))?;
         }
         self.draw_trail(rec, &field, frame)?;
         draw_point(rec, &field, frame)
@@ -169,9 +171,15 @@ impl Field {
     }
 
     /// The picture position of a displacement (m) and a velocity (m/s).
-    fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
+    fn at(&self, point: [f64; 2]) -> [f32; 2] {
+        let [x, y] = self.values(point);
+        self.plot.at(x, y)
+    }
+
+    /// A displacement (m) and a velocity (m/s) in the units of the axes.
+    pub fn values(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let [length, speed] = &self.units;
-        self.plot.at(length.per_si * u, speed.per_si * v)
+        [length.per_si * u, speed.per_si * v]
     }
 }
 

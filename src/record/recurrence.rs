@@ -6,18 +6,17 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, RecordingStream, SegmentationImage, Transform3D, components::ImageFormat,
-    datatypes::ChannelDatatype,
+    AnnotationContext, Clear, RecordingStream, SegmentationImage, Transform3D,
+    components::ImageFormat, datatypes::ChannelDatatype,
 };
 
 use super::{
     error::RecordError,
-    paths,
+    paths::{self, Root},
     plot::{Axis, Bounds, Plot},
-    stream,
+    stream::{self, Moment},
     style::{ColorMap, Quantity},
 };
-use crate::pipeline::message::Subject;
 
 /// Side of the field, pixels of the picture's plane.
 const SIDE: f32 = 400.0;
@@ -33,8 +32,8 @@ const BRIGHTEST: f32 = 0.5;
 /// One recurrence plot, borrowed from its record.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
-    /// End of the window, s.
-    pub time: f64,
+    /// Where on the timeline it stands: at the end of the window.
+    pub at: Moment,
     /// Length of the window, s.
     pub window: f64,
     /// Points along a side.
@@ -56,6 +55,7 @@ pub struct Picture<'a> {
 /// Draws recurrence plots.
 #[derive(Debug)]
 pub struct Recurrence {
+    root: Root,
     quantity: Quantity,
     /// Window (s) and size for which axes and scale are drawn.
     drawn: Option<(f64, usize)>,
@@ -63,7 +63,7 @@ pub struct Recurrence {
 
 impl Recurrence {
     /// Says what the classes mean; axes come with the first picture.
-    pub fn new(rec: &RecordingStream, subject: &Subject) -> Result<Self, RecordError> {
+    pub fn new(rec: &RecordingStream, root: Root, quantity: Quantity) -> Result<Self, RecordError> {
         let map = ColorMap::inferno();
         let shades = (0..SHADES).map(|shade| {
             let percent = 100 * (u32::from(shade) + 1) / u32::from(SHADES);
@@ -73,9 +73,10 @@ impl Recurrence {
         });
         let recurrent = class(RECURRENT, "recurrent", map.at(1.0));
         let classes = AnnotationContext::new(shades.chain([recurrent]).collect::<Vec<_>>());
-        rec.log_static(paths::RECURRENCE_IMAGE, &classes)?;
+        rec.log_static(root.at(paths::RECURRENCE_IMAGE), &classes)?;
         Ok(Self {
-            quantity: Quantity::displacement(subject),
+            root,
+            quantity,
             drawn: None,
         })
     }
@@ -102,18 +103,20 @@ impl Recurrence {
     /// Draws a plot.
     pub fn draw(&mut self, rec: &RecordingStream, picture: Picture) -> Result<(), RecordError> {
         let now = (picture.window, picture.size);
+        let image_path = self.root.at(paths::RECURRENCE_IMAGE);
         if self.drawn != Some(now) {
             self.drawn = Some(now);
-            Self::plot(picture.window).draw(rec, paths::RECURRENCE_AXES, Some(picture.time))?;
+            let axes = self.root.at(paths::RECURRENCE_AXES);
+            Self::plot(picture.window).draw(rec, &axes, Some(picture.at))?;
             let scale = SIDE / picture.size as f32;
             let scale = Transform3D::from_scale([scale, scale, 1.0]);
-            stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &scale)?;
+            stream::log_at(rec, &*image_path, picture.at, &scale)?;
         }
         let format = ImageFormat::segmentation([picture.size as u32; 2], ChannelDatatype::U8);
         let image = SegmentationImage::new(classes(&picture), format)
             .with_opacity(1.0)
             .with_draw_order(-2.0);
-        stream::log_at(rec, paths::RECURRENCE_IMAGE, picture.time, &image)?;
+        stream::log_at(rec, image_path, picture.at, &image)?;
 
         let epsilon = match picture.threshold {
             Some(threshold) => format!("ε = {}", self.quantity.words(threshold)),
@@ -125,12 +128,26 @@ impl Recurrence {
             picture.dimension,
             Quantity::Time.words(picture.lag),
         );
-        Self::plot(picture.window).draw_caption(
-            rec,
-            paths::RECURRENCE_CAPTION,
-            picture.time,
-            &words,
-        )
+        self.caption(rec, picture.at, &words)
+    }
+
+    /// Takes the picture away and says why there is none.
+    pub fn clear(
+        &mut self,
+        rec: &RecordingStream,
+        at: Moment,
+        words: &str,
+    ) -> Result<(), RecordError> {
+        // The size of the picture goes with it.
+        self.drawn = None;
+        let image = self.root.at(paths::RECURRENCE_IMAGE);
+        stream::log_at(rec, image, at, &Clear::flat())?;
+        self.caption(rec, at, words)
+    }
+
+    fn caption(&self, rec: &RecordingStream, at: Moment, words: &str) -> Result<(), RecordError> {
+        let path = self.root.at(paths::RECURRENCE_CAPTION);
+        Self::plot(1.0).draw_caption(rec, &path, at, words)
     }
 }
 
@@ -160,7 +177,7 @@ mod tests {
     #[test]
     fn newest_row_is_on_top() {
         let picture = Picture {
-            time: 0.0,
+            at: 0.0.into(),
             window: 1e-3,
             size: 2,
             distance: &[0, 255, 255, 0],

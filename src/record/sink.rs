@@ -9,16 +9,16 @@ use std::{
 };
 
 use rerun::{
-    RecordingStream, RecordingStreamBuilder, SpawnOptions,
+    RecordingStream, SpawnOptions,
     external::re_uri::ProxyUri,
-    log::ChunkBatcherConfig,
-    sink::{BufferedSink, FileSink, GrpcSink, LogSink},
+    sink::{GrpcSink, LogSink},
 };
 
 use super::{
     blueprint,
     encode::Encoder,
     error::RecordError,
+    file_stream::{self, FLUSH_PATIENCE},
     outlet::{FileAndViewer, VIEWER_PATIENCE, ViewerLost},
     part_file::PartFile,
 };
@@ -34,11 +34,6 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// Wall time that pictures, logged one by one, may lag behind the columns of samples: short
-/// enough that views agree while a run is watched or a file is loading.
-const PICTURE_LAG: Duration = Duration::from_millis(20);
-/// How long a flush may take before the disk counts as stuck.
-const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 /// How long to wait for a viewer's port.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -88,7 +83,7 @@ impl RerunSink {
         let file = output.save.as_deref().map(PartFile::create).transpose()?;
         let lost = ViewerLost::default();
         let viewer = address.as_ref().map(ToString::to_string);
-        let file_sink = file.as_ref().map(open).transpose()?;
+        let file_sink = file.as_ref().map(file_stream::sink).transpose()?;
         let sink: Box<dyn LogSink> = match (file_sink, address.map(GrpcSink::new)) {
             (Some(file), Some(viewer)) => Box::new(FileAndViewer {
                 file,
@@ -99,19 +94,8 @@ impl RerunSink {
             (None, Some(viewer)) => Box::new(viewer),
             (None, None) => return Err(RecordError::NoOutput),
         };
-        let batcher = ChunkBatcherConfig {
-            flush_tick: PICTURE_LAG,
-            ..ChunkBatcherConfig::DEFAULT
-        };
-        let rec = RecordingStreamBuilder::new(APPLICATION)
-            .batcher_config(batcher)
-            .buffered()?;
-        // Simulated time is the only time; wall-clock timelines would double the rows' size.
-        rec.set_log_tick_enabled(false);
-        rec.set_log_time_enabled(false);
-        rec.set_sink(sink);
         Ok(Self {
-            rec: ManuallyDrop::new(rec),
+            rec: ManuallyDrop::new(file_stream::open(APPLICATION, sink)?),
             file,
             viewer,
             lost,
@@ -177,17 +161,7 @@ impl RerunSink {
         let Some(file) = &self.file else {
             return Ok(());
         };
-        // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
-        // Rerun reports no failure there, but an index that could not be written adds nothing.
-        let before = file.len()?;
-        self.rec.set_sink(Box::new(BufferedSink::new()));
-        self.rec
-            .flush_with_timeout(FLUSH_PATIENCE)
-            .map_err(|error| file.write_error(error.to_string()))?;
-        if file.len()? <= before {
-            return Err(file.write_error("the index at its end is missing".to_owned()));
-        }
-        Ok(())
+        file_stream::seal(&self.rec, file)
     }
 
     fn close(&mut self) -> Result<(), RecordError> {
@@ -234,10 +208,6 @@ impl Sink for RerunSink {
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(self.close()?)
     }
-}
-
-fn open(file: &PartFile) -> Result<FileSink, RecordError> {
-    FileSink::new(file.part()).map_err(|error| file.write_error(error.to_string()))
 }
 
 /// Reads a viewer's address and makes sure that something listens there.

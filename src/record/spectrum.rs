@@ -4,9 +4,9 @@ use rerun::{Image, LineStrips2D, Points2D, Radius, RecordingStream, Transform3D}
 
 use super::{
     error::RecordError,
-    paths,
+    paths::{self, Root},
     plot::{Axis, Plot},
-    stream,
+    stream::{self, Moment},
     style::{self, ColorMap, Quantity, Unit, short},
 };
 use crate::pipeline::message::{Header, Peak, SignalInfo, Subject};
@@ -63,8 +63,6 @@ pub struct SpectrumPlot {
 /// The plot of the spectrum: 0.0001 to 100 mm/s over frequency; of a signal from a file, seven
 /// decades below its own scale.
 pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
-    let highest = highest_frequency(header);
-    let frequency = Quantity::Frequency.unit(highest);
     let amplitude = Quantity::velocity(&header.subject).unit(1.0);
     let (name, bottom, top) = match &header.subject {
         Subject::Joint(_) | Subject::Small(_) => ("amplitude of the velocity", -4, 2),
@@ -73,35 +71,59 @@ pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
             ("amplitude", top - 7, top)
         }
     };
-    let plot = Plot {
-        width: 400.0,
-        height: 150.0,
-        head: NAME_LINES as f32 * NAME_HEIGHT - 4.0,
-        x: Axis::linear(
-            style::with_unit("frequency", &frequency.symbol),
-            0.0,
-            frequency.per_si * highest,
-            6,
-        ),
-        y: Axis::decades(style::with_unit(name, &amplitude.symbol), bottom, top),
-        grid: true,
-    };
-    SpectrumPlot {
-        plot,
-        frequency,
-        amplitude,
+    SpectrumPlot::new(name, amplitude, [bottom, top], highest_frequency(header))
+}
+
+impl SpectrumPlot {
+    /// Amplitudes called `name` from 10^`bottom` to 10^`top` of their unit, over frequencies up to
+    /// `highest` (Hz).
+    pub fn new(name: &str, amplitude: Unit, [bottom, top]: [i32; 2], highest: f64) -> Self {
+        let frequency = Quantity::Frequency.unit(highest);
+        let plot = Plot {
+            width: 400.0,
+            height: 150.0,
+            head: NAME_LINES as f32 * NAME_HEIGHT - 4.0,
+            x: Axis::linear(
+                style::with_unit("frequency", &frequency.symbol),
+                0.0,
+                frequency.per_si * highest,
+                6,
+            ),
+            y: Axis::decades(style::with_unit(name, &amplitude.symbol), bottom, top),
+            grid: true,
+        };
+        Self {
+            plot,
+            frequency,
+            amplitude,
+        }
     }
 }
 
-/// Draws a spectrum: bins `bin` (Hz) apart from 0 Hz, amplitudes in m/s.
+/// An amplitude spectrum with its lines.
+#[derive(Clone, Copy, Debug)]
+pub struct Spectrum<'a> {
+    /// Spacing of the bins, the first at 0, Hz.
+    pub bin: f64,
+    /// Amplitudes, SI.
+    pub amplitude: &'a [f64],
+    /// Lines, the strongest first.
+    pub peaks: &'a [Peak],
+}
+
+/// Draws a spectrum.
 pub fn draw_spectrum(
     rec: &RecordingStream,
+    root: &Root,
     spectrum: &SpectrumPlot,
-    time: f64,
-    bin: f64,
-    amplitude: &[f64],
-    peaks: &[Peak],
+    at: impl Into<Moment>,
+    Spectrum {
+        bin,
+        amplitude,
+        peaks,
+    }: Spectrum<'_>,
 ) -> Result<(), RecordError> {
+    let at = at.into();
     let SpectrumPlot {
         plot,
         frequency: hz,
@@ -113,10 +135,11 @@ pub fn draw_spectrum(
         .map(|(k, a)| (hz.per_si * bin * k as f64, size.per_si * a))
         .take_while(|(frequency, _)| *frequency <= plot.x.high);
     let curve = shown.map(|(frequency, a)| plot.at(frequency, a));
-    let curve = LineStrips2D::new([curve.collect::<Vec<_>>()])
+    let curve: Vec<[f32; 2]> = curve.collect();
+    let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
         .with_colors([style::SIGNAL])
         .with_radii([Radius::new_ui_points(0.9)]);
-    stream::log_at(rec, paths::SPECTRUM_CURVE, time, &curve)?;
+    stream::log_at(rec, root.at(paths::SPECTRUM_CURVE), at, &curve)?;
 
     let shown = peaks
         .iter()
@@ -126,7 +149,7 @@ pub fn draw_spectrum(
     let marks = Points2D::new(peaks.iter().map(|peak| tip(peak)))
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
-    stream::log_at(rec, paths::SPECTRUM_PEAKS, time, &marks)?;
+    stream::log_at(rec, root.at(paths::SPECTRUM_PEAKS), at, &marks)?;
 
     let named = peaks.iter().map(|peak| Named {
         tip: tip(peak),
@@ -138,7 +161,7 @@ pub fn draw_spectrum(
         .with_show_labels(true)
         .with_colors(vec![style::ACCENT; placed.len()])
         .with_radii([Radius::new_ui_points(0.0)]);
-    stream::log_at(rec, paths::SPECTRUM_NAMES, time, &names)?;
+    stream::log_at(rec, root.at(paths::SPECTRUM_NAMES), at, &names)?;
     // From the foot of the name: a point's words hang below it.
     let stems = placed.iter().map(|name| {
         let [x, tip] = name.named.tip;
@@ -147,7 +170,7 @@ pub fn draw_spectrum(
     let stems = LineStrips2D::new(stems)
         .with_colors([style::faded(style::ACCENT, 0.5)])
         .with_radii([Radius::new_ui_points(0.5)]);
-    stream::log_at(rec, paths::SPECTRUM_STEMS, time, &stems)
+    stream::log_at(rec, root.at(paths::SPECTRUM_STEMS), at, &stems)
 }
 
 /// A peak's tip and its name.

@@ -25,18 +25,18 @@ use crate::scene::Scene;
 
 /// What an entity holds.
 #[derive(Clone, Debug, Default)]
-struct Entity {
-    /// Rows on the timeline, and static ones.
-    rows: usize,
+pub(super) struct Entity {
+    /// Rows on the timeline.
+    pub rows: usize,
     /// First and last time, ns.
-    range: Option<(i64, i64)>,
+    pub range: Option<(i64, i64)>,
     /// Names of the components.
-    components: Vec<String>,
+    pub components: Vec<String>,
 }
 
-/// Reads a recording: entities of the recording itself by path, and the number of chunks of
-/// its blueprint.
-fn read(path: &Path) -> (BTreeMap<String, Entity>, usize) {
+/// Reads a recording with one timeline: entities of the recording itself by path, and the number of
+/// chunks of its blueprint.
+pub(super) fn read(path: &Path, timeline: &'static str) -> (BTreeMap<String, Entity>, usize) {
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut blueprint = 0;
     let file = BufReader::new(File::open(path).unwrap());
@@ -55,7 +55,7 @@ fn read(path: &Path) -> (BTreeMap<String, Entity>, usize) {
             .or_default();
         let names = chunk.components().keys().map(ToString::to_string);
         entity.components.extend(names);
-        if let Some(times) = chunk.timelines().get(&paths::TIMELINE.into()) {
+        if let Some(times) = chunk.timelines().get(&timeline.into()) {
             entity.rows += chunk.num_rows();
             let range = times.time_range();
             let (min, max) = (range.min().as_i64(), range.max().as_i64());
@@ -64,7 +64,7 @@ fn read(path: &Path) -> (BTreeMap<String, Entity>, usize) {
         }
         assert!(
             chunk.timelines().len() <= 1,
-            "{}: simulated time is the only time",
+            "{}: there is one timeline",
             chunk.entity_path()
         );
     }
@@ -144,7 +144,7 @@ fn a_signal_is_drawn_without_a_joint() {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
-    let (entities, blueprint) = read(&path);
+    let (entities, blueprint) = read(&path, paths::TIMELINE);
     assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
     assert_eq!(entities[paths::WAVEFORM].rows, demo::samples(duration));
     let pictures = [
@@ -212,7 +212,7 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
     let path = folder.path().join("run.rrd");
     let duration = 0.05;
     record(&path, duration);
-    let (entities, blueprint) = read(&path);
+    let (entities, blueprint) = read(&path, paths::TIMELINE);
 
     assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
     let samples = demo::samples(duration);
@@ -313,7 +313,7 @@ fn a_recording_says_what_made_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
     record(&path, 0.005);
-    let (entities, _) = read(&path);
+    let (entities, _) = read(&path, paths::TIMELINE);
     let run = entities
         .iter()
         .find(|(path, _)| path.contains("properties") && path.ends_with(paths::RUN_PROPERTY));
@@ -358,7 +358,7 @@ fn the_file_takes_its_name_only_when_whole() {
     let mut sink = over_an_old_recording(&path);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
     sink.finish().unwrap();
-    assert!(read(&path).0.contains_key(paths::VELOCITY));
+    assert!(read(&path, paths::TIMELINE).0.contains_key(paths::VELOCITY));
     assert!(!folder.path().join("run.rrd.part").exists());
 }
 
@@ -371,7 +371,10 @@ fn a_failed_run_leaves_the_old_file_untouched() {
     drop(sink);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
     let part = folder.path().join("run.rrd.part");
-    assert_eq!(read(&part).0[paths::VELOCITY].rows, demo::samples(0.005));
+    assert_eq!(
+        read(&part, paths::TIMELINE).0[paths::VELOCITY].rows,
+        demo::samples(0.005)
+    );
 }
 
 #[test]
@@ -426,7 +429,10 @@ fn a_viewer_that_goes_away_does_not_cost_the_file() {
     let error = sink.finish().unwrap_err();
     assert!(sink.viewer_lost());
     assert!(error.to_string().contains("saved whole"), "{error}");
-    assert_eq!(read(&path).0[paths::VELOCITY].rows, demo::samples(0.005));
+    assert_eq!(
+        read(&path, paths::TIMELINE).0[paths::VELOCITY].rows,
+        demo::samples(0.005)
+    );
 }
 
 #[test]
@@ -519,7 +525,10 @@ fn frames_of_one_tilt_log_their_nodes_once() {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
-    assert_eq!(read(&path).0[paths::NODES].rows, snapshots + 1);
+    assert_eq!(
+        read(&path, paths::TIMELINE).0[paths::NODES].rows,
+        snapshots + 1
+    );
 }
 
 /// A mass on a belt: what it is doing is a band, and the colour of its series.
@@ -531,7 +540,7 @@ fn a_small_system_is_drawn_with_what_it_does() {
     let scene = scene.with_duration(60.0).unwrap();
     let mut sink = RerunSink::new(&to_file(&path), scene.record).unwrap();
     run(&scene, "", &mut sink, Monitor::default()).unwrap();
-    let (entities, blueprint) = read(&path);
+    let (entities, blueprint) = read(&path, paths::TIMELINE);
     assert!(blueprint > 0);
     let changes = entities[paths::STATUS].rows;
     assert!(changes > 30, "{changes}");

@@ -104,13 +104,37 @@ fn moving(header: &Header) -> &'static str {
     }
 }
 
+/// Where a recording is from.
+#[derive(Clone, Copy, Debug)]
+pub struct Origin<'a> {
+    /// What it is called in the viewer.
+    pub name: &'a str,
+    /// Name of the scene.
+    pub scene: &'a str,
+    /// The scene file's text.
+    pub scene_text: &'a str,
+    /// How the program was started.
+    pub command: &'a str,
+}
+
+impl<'a> From<&'a Header> for Origin<'a> {
+    fn from(header: &'a Header) -> Self {
+        Self {
+            name: &header.scene,
+            scene: &header.scene,
+            scene_text: &header.scene_text,
+            command: &header.command,
+        }
+    }
+}
+
 /// Properties of the recording: versions, scene, command.
-pub fn send_properties(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
-    rec.send_recording_name(header.scene.clone())?;
+pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), RecordError> {
+    rec.send_recording_name(origin.name)?;
     let fields = [
-        ("scene", header.scene.as_str()),
-        ("scene_text", header.scene_text.as_str()),
-        ("command", header.command.as_str()),
+        ("scene", origin.scene),
+        ("scene_text", origin.scene_text),
+        ("command", origin.command),
         ("squeakscope_version", crate::VERSION),
         ("rerun_version", RERUN_VERSION),
     ];

@@ -10,6 +10,7 @@ mod joint;
 mod laboratory;
 mod signal;
 mod small;
+mod sweep;
 
 use rerun::{
     Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
@@ -41,6 +42,8 @@ use crate::{
     pipeline::message::{AnalysisKind, Header, Subject},
     scene::RecordSpec,
 };
+
+pub use sweep::send as send_sweep;
 
 /// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
 const JOINT_SPEED: f64 = 0.01;
@@ -115,7 +118,7 @@ pub fn send_turned(
                 .with_playback_speed(speed)
                 .with_play_state(PlayState::Following),
         );
-    layout.send(rec, &blueprint)
+    layout.send(rec, APPLICATION, &blueprint)
 }
 
 /// Collects the properties of views while these are laid out.
@@ -286,8 +289,13 @@ impl Layout {
     }
 
     /// Joins the blueprint's own messages and the properties, and sends them.
-    fn send(self, rec: &RecordingStream, blueprint: &Blueprint) -> Result<(), RecordError> {
-        let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).memory()?;
+    fn send(
+        self,
+        rec: &RecordingStream,
+        application: &'static str,
+        blueprint: &Blueprint,
+    ) -> Result<(), RecordError> {
+        let (stream, storage) = RecordingStreamBuilder::new(application).memory()?;
         blueprint.send(&stream, BlueprintActivation::default())?;
         let mut messages = Vec::new();
         let mut activation = None;

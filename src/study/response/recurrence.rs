@@ -6,8 +6,9 @@ use crate::analysis::{AnalysisError, DelayVectors, Norm, RecurrencePlot, Thresho
 /// Length of the window, s; shorter if less of the motion was kept.
 const WINDOW: f64 = 5e-3;
 
-/// The most points along a side.
-const SIZE: usize = 250;
+/// The most states that are compared, and the most points along a side of the picture.
+const STATES: usize = 1000;
+const SIZE: usize = 340;
 
 /// Points below which there is nothing to see.
 const LEAST: usize = 16;
@@ -17,19 +18,23 @@ const LEAST: usize = 16;
 const RATE: f64 = 0.1;
 
 /// A recurrence plot, Eq. (26).
+///
+/// A point stands for a few neighbouring states: it is recurrent if any of their pairs is. Plots of
+/// single states that are a good part of a period apart show broad bands where the diagonals of a
+/// high tone fall between the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecurrenceWindow {
     /// Length of the window, s.
     pub window: f64,
     /// Points along a side.
     pub size: usize,
-    /// Distance of each pair, 0 to 255, `size x size`, oldest first.
+    /// Least distance of the pairs of each point, 0 to 255, `size x size`, oldest first.
     pub distance: Vec<u8>,
-    /// 255 where recurrent, else 0.
+    /// 255 where one of the pairs is recurrent, else 0.
     pub recurrent: Vec<u8>,
     /// Threshold, m; `None` if each state has its own.
     pub threshold: Option<f64>,
-    /// Recurrence rate, 0 to 1.
+    /// Recurrence rate of the pairs, 0 to 1.
     pub rate: f64,
     /// Delay, s.
     pub lag: f64,
@@ -54,10 +59,11 @@ impl Portrait {
         let needed = DelayVectors::samples_for(vectors, lag, DIMENSION);
         let newest = &self.displacement[self.displacement.len() - needed..];
         let newest: Vec<f64> = newest.iter().map(|&u| f64::from(u)).collect();
-        let size = SIZE.min(vectors);
-        let spacing = vectors as f64 / size as f64;
+        let step = vectors.div_ceil(STATES);
+        let side = (vectors / step).div_ceil(SIZE);
+        let size = vectors / step / side;
         // The newest is one of them.
-        let picks = (1..=size).map(|i| (i as f64 * spacing).round() as usize - 1);
+        let picks = (0..size * side).rev().map(|k| vectors - 1 - k * step);
         let mut plot = RecurrencePlot::with(Norm::Euclidean, 1);
         plot.measure(
             &DelayVectors::new(&newest, lag, DIMENSION)?,
@@ -65,16 +71,31 @@ impl Portrait {
         );
         let found = plot.recurrences(Threshold::Rate(RATE))?;
         Ok(Some(RecurrenceWindow {
-            window: vectors as f64 * self.dt,
+            window: (size * side * step) as f64 * self.dt,
             size,
-            distance: plot.distance_picture(),
-            recurrent: found.pixels,
+            distance: pooled(&plot.distance_picture(), side, u8::min),
+            recurrent: pooled(&found.pixels, side, u8::max),
             threshold: found.distance,
             rate: found.rate,
             lag: lag as f64 * self.dt,
             dimension: DIMENSION,
         }))
     }
+}
+
+/// A square picture with `side x side` points joined to one.
+fn pooled(picture: &[u8], side: usize, join: fn(u8, u8) -> u8) -> Vec<u8> {
+    let size = picture.len().isqrt();
+    let rows = picture.chunks_exact((size * side).max(1));
+    let join = |a: Option<u8>, &b: &u8| Some(a.map_or(b, |a| join(a, b)));
+    rows.flat_map(|rows| {
+        (0..size / side).map(move |column| {
+            let pieces = rows.chunks_exact(size);
+            let pieces = pieces.flat_map(|row| &row[column * side..][..side]);
+            pieces.fold(None, join).unwrap_or_default()
+        })
+    })
+    .collect()
 }
 
 #[cfg(test)]
@@ -96,11 +117,12 @@ mod tests {
     #[test]
     fn a_tone_comes_back_after_its_period() {
         let plot = portrait(2000).recurrence().unwrap().unwrap();
-        assert_eq!((plot.size, plot.dimension), (250, 5));
-        assert!((plot.window - 5e-3).abs() < 1e-12 && (plot.lag - 60e-6).abs() < 1e-12);
+        assert_eq!((plot.size, plot.dimension), (333, 5));
+        assert!((plot.window - 4.995e-3).abs() < 1e-12 && (plot.lag - 60e-6).abs() < 1e-12);
         assert!((plot.rate - 0.1).abs() < 0.02, "{}", plot.rate);
-        // 250 us are 12.5 of the points, 20 us apart.
-        assert_eq!((plot.recurrent[25], plot.recurrent[6]), (255, 0));
+        // 250 us are 50 samples, in points of three.
+        assert_eq!((plot.recurrent[50 / 3], plot.recurrent[25 / 3]), (255, 0));
+        assert_eq!(plot.distance[0], 0);
     }
 
     #[test]
@@ -110,5 +132,13 @@ mod tests {
         assert!(plot.size < 200);
         assert_eq!(portrait(50).recurrence().unwrap(), None);
         assert_eq!(portrait(0).recurrence().unwrap(), None);
+    }
+
+    #[test]
+    fn points_are_joined_in_squares() {
+        let picture: Vec<u8> = (0..16).collect();
+        assert_eq!(pooled(&picture, 2, u8::max), [5, 7, 13, 15]);
+        assert_eq!(pooled(&picture, 2, u8::min), [0, 2, 8, 10]);
+        assert_eq!(pooled(&picture, 1, u8::min), picture);
     }
 }

@@ -1,0 +1,150 @@
+//! What a recording of a sweep is made of.
+
+use crate::{
+    analysis::{Measures, Regime},
+    dynamics::LyapunovSpectrum,
+    pipeline::message::Peak,
+};
+
+/// A sweep over one parameter, as far as it has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepView {
+    /// Name of the scene.
+    pub scene: String,
+    /// Its title.
+    pub title: String,
+    /// What it shows.
+    pub about: String,
+    /// Text of the scene file.
+    pub scene_text: String,
+    /// How the program was started.
+    pub command: String,
+    /// Letter of the probe's displacement on axes.
+    pub letter: &'static str,
+    /// Delay of the Poincaré sections, s.
+    pub lag: f64,
+    /// What is varied.
+    pub parameter: ParameterView,
+    /// All of its values, rising, in its unit.
+    pub values: Vec<f64>,
+    /// The ways in which points were started, those without any point left out.
+    pub starts: Vec<StartView>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterView {
+    /// Its name in a word or two, such as `tilt`.
+    pub name: String,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+    /// Name and unit as they stand on an axis.
+    pub label: String,
+}
+
+/// The points that were started in one way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartView {
+    /// The way in a word: the folder of its entities.
+    pub key: String,
+    /// The way in words, such as `continued up`.
+    pub words: String,
+    /// The points, in any order.
+    pub points: Vec<PointView>,
+}
+
+impl StartView {
+    /// The point at a value.
+    pub fn at(&self, value: f64) -> Option<&PointView> {
+        self.points.iter().find(|point| point.value == value)
+    }
+}
+
+/// A point of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointView {
+    /// Value of the parameter.
+    pub value: f64,
+    /// The value from whose settled state it was started; `None` if from the scene's own kick.
+    pub from: Option<f64>,
+    /// The response, or why there is none.
+    pub outcome: Result<ResponseView, String>,
+}
+
+/// A settled response, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResponseView {
+    /// Time before the measurement began, s.
+    pub transient: f64,
+    /// Whether the transient was over by then.
+    pub settled: bool,
+    /// Kind of motion.
+    pub regime: Regime,
+    /// How sure that is, 0 to 1.
+    pub confidence: f64,
+    /// Half the range of the displacement, m.
+    pub amplitude: f64,
+    /// Root mean square of the velocity, m/s.
+    pub rms_velocity: f64,
+    /// Local maxima of the displacement, m.
+    pub maxima: Vec<f64>,
+    /// Passages through the Poincaré section, m: `y(t)` and `y(t + 2 tau)`.
+    pub section: Vec<[f64; 2]>,
+    /// Lines of the displacement's spectrum, the strongest first, m.
+    pub lines: Vec<Peak>,
+    /// Lyapunov exponents; `None` if none were followed.
+    pub exponents: Option<LyapunovSpectrum>,
+    /// Recurrence measures; `None` where nothing moves.
+    pub measures: Option<Measures>,
+    /// Unstable linear modes of steady sliding; `None` for a system without.
+    pub unstable: Option<Vec<UnstableMode>>,
+    /// A piece of the motion; `None` if none was kept.
+    pub motion: Option<MotionView>,
+    /// Its recurrence plot; `None` where there is none.
+    pub recurrence: Option<RecurrenceView>,
+}
+
+/// A linear mode that grows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnstableMode {
+    /// What it is called.
+    pub label: String,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Growth rate, 1/s.
+    pub growth: f64,
+}
+
+/// A piece of the settled motion, and its spectrum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionView {
+    /// Displacements, m.
+    pub displacement: Vec<f32>,
+    /// Velocities at the same instants, m/s.
+    pub velocity: Vec<f32>,
+    /// Spacing of the spectrum's bins, the first at 0, Hz.
+    pub bin: f64,
+    /// Amplitude spectrum of the displacement, m.
+    pub spectrum: Vec<f32>,
+}
+
+/// A recurrence plot, Eq. (26).
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecurrenceView {
+    /// Length of the window, s.
+    pub window: f64,
+    /// Points along a side.
+    pub size: usize,
+    /// Distance of each pair, 0 to 255, `size x size`, oldest first.
+    pub distance: Vec<u8>,
+    /// 255 where recurrent, else 0.
+    pub recurrent: Vec<u8>,
+    /// Threshold, m; `None` if each state had its own.
+    pub threshold: Option<f64>,
+    /// Recurrence rate, 0 to 1.
+    pub rate: f64,
+    /// Delay, s.
+    pub lag: f64,
+    /// Embedding dimension.
+    pub dimension: usize,
+}
