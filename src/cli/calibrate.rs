@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write as _};
-use std::num::NonZero;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,6 +18,7 @@ use crate::VERSION;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
 use crate::study::paper::claims;
+use crate::study::threads;
 
 /// The scene that has all that the paper states.
 const BASE: &str = "periodic-2deg";
@@ -66,10 +66,8 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         all: plan.len(),
         stop,
     };
-    let threads = args
-        .threads
-        .or_else(|| std::thread::available_parallelism().ok());
-    let (trials, done) = calibrate(&plan, &known, threads.map_or(1, NonZero::get), &mut notes)?;
+    let threads = threads(args.threads);
+    let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
     // The bar goes before anything else is printed.
     drop(notes);
     let mut written = vec![FileReport::of(&out)?];
@@ -328,6 +326,8 @@ impl Report for CalibrationReport {
 
 #[cfg(test)]
 mod tests {
+    use std::num::NonZero;
+
     use super::*;
     use crate::scene::Parameter;
 

@@ -2,7 +2,6 @@
 
 use std::ffi::OsStr;
 use std::io::Write as _;
-use std::num::NonZero;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,6 +19,7 @@ use crate::study::sweep::{
     Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable, TableError,
     TableWriter, read_table, sweep, write_csv, write_table,
 };
+use crate::study::threads;
 
 /// The tilts that are swept if nothing is said, degrees: those of Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
@@ -97,16 +97,8 @@ pub(super) fn work_through(
         stop,
     };
     let shard = work.shard.unwrap_or(Shard::WHOLE);
-    let threads = work
-        .threads
-        .or_else(|| std::thread::available_parallelism().ok());
-    let done = sweep(
-        plan,
-        shard,
-        &known,
-        threads.map_or(1, NonZero::get),
-        &mut notes,
-    )?;
+    let threads = threads(work.threads);
+    let done = sweep(plan, shard, &known, threads, &mut notes)?;
     Ok((notes.points, done))
 }
 

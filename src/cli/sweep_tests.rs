@@ -1,5 +1,7 @@
 //! The commands of sweeps, with real short sweeps.
 
+use std::num::NonZero;
+
 use super::*;
 use crate::cli::args::Steps;
 

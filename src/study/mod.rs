@@ -10,4 +10,5 @@ pub mod signal;
 mod stability;
 pub mod sweep;
 
+pub use pool::threads;
 pub use stability::{StabilityAt, StabilityMode, StudyError, growth_causes, stability};

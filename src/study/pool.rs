@@ -1,11 +1,18 @@
 //! Independent jobs on several threads, their results told one by one on the caller's own.
 
+use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+
+/// The number of threads asked for, or as many as there are cores.
+pub fn threads(asked: Option<NonZero<usize>>) -> usize {
+    let cores = || thread::available_parallelism().ok();
+    asked.or_else(cores).map_or(1, NonZero::get)
+}
 
 /// How often the caller is asked whether to go on.
 const TICK: Duration = Duration::from_millis(50);

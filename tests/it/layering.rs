@@ -125,14 +125,18 @@ fn every_room_is_listed() {
     }
 }
 
-/// Rerun, clap and threads have one room each.
+/// Rerun, clap, threads and the like have rooms of their own.
 #[test]
 fn foreign_things_stay_in_their_room() {
     for (what, home) in [
         ("rerun::", "record"),
         ("clap::", "cli"),
-        ("std::thread::", "pipeline"),
-        ("crossbeam_channel::", "pipeline"),
+        ("std::thread", "pipeline study"),
+        ("crossbeam_channel::", "pipeline study"),
+        ("arrow_array::", "study"),
+        ("arrow_ipc::", "study"),
+        ("serde_arrow::", "study"),
+        ("csv::Writer", "study"),
         ("faer::", "fem joint"),
         ("realfft::", "analysis"),
         ("rustfft::", "analysis"),
