@@ -19,10 +19,13 @@ use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::basins::{Attractor, attractors};
 use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
 
+/// Draws the figure of coexisting attractors under a title.
+pub(super) type Draw = fn(&str, &[SweepPoint], &[Attractor]) -> Result<Drawn, Cause>;
+
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
-    /// Draws the figure of coexisting attractors under a title.
-    pub draw: fn(&str, &[SweepPoint], &[Attractor]) -> Result<Drawn, Cause>,
+    /// Draws the figure.
+    pub draw: Draw,
     /// Records the responses, the seed of the kick as the timeline.
     pub record: Record,
 }

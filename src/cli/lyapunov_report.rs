@@ -217,7 +217,7 @@ fn coarseness(found: &SceneLyapunov) -> Option<String> {
     let study = &found.study;
     let advice = match found.tolerance {
         Some(tolerance) => {
-            let tighter = (0.01 * tolerance).min(RESOLVING).max(1e-13);
+            let tighter = (0.01 * tolerance).clamp(1e-13, RESOLVING);
             format!("give --tolerance {tighter:.0e}")
         }
         None => "shorten time.max_step_us".to_owned(),

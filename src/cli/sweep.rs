@@ -72,7 +72,7 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
         &files,
         &args.outputs,
         tools,
-        !done,
+        (args.work.shard.unwrap_or(Shard::WHOLE), !done),
     )?;
     if done {
         Ok(())
@@ -159,7 +159,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         &files,
         &args.outputs,
         tools,
-        false,
+        (Shard::WHOLE, false),
     )
 }
 
@@ -250,7 +250,7 @@ fn deliver(
     files: &Files,
     outputs: &SweepOutputs,
     tools: &Tools,
-    interrupted: bool,
+    (shard, interrupted): (Shard, bool),
 ) -> Result<(), CliError> {
     let mut written = write_tables(plan, identity, points, files)?;
     if let Some(directory) = &outputs.figures {
@@ -262,7 +262,7 @@ fn deliver(
         written.extend(write_figures(directory, &drawn)?);
     }
     written.extend(write_recording(plan, points, files, tools.record)?);
-    let report = SweepReport::new(plan, points, interrupted, written);
+    let report = SweepReport::new(plan, points, shard, interrupted, written);
     tell(&report, outputs, files)
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::lyapunov_report::in_brief;
 use super::report::{FileReport, Report};
 use crate::VERSION;
-use crate::study::sweep::{Start, SweepPlan, SweepPoint};
+use crate::study::sweep::{Shard, Start, SweepPlan, SweepPoint};
 
 const NAME: Style = Style::new().bold();
 const BEWARE: Style = AnsiColor::Yellow.on_default().bold();
@@ -29,6 +29,8 @@ pub struct SweepReport {
     pub points_known: usize,
     /// Points in all.
     pub points_in_all: usize,
+    /// Points of the part that was asked for: all of them, but for a shard.
+    pub points_of_part: usize,
     /// Whether Ctrl-C ended it before its time.
     pub interrupted: bool,
     /// Stretches of one kind of motion, for a sweep over one parameter.
@@ -93,6 +95,7 @@ impl SweepReport {
     pub fn new(
         plan: &SweepPlan,
         points: &[SweepPoint],
+        shard: Shard,
         interrupted: bool,
         files: Vec<FileReport>,
     ) -> Self {
@@ -104,6 +107,7 @@ impl SweepReport {
             axes: plan.axes.iter().map(|axis| axis.label()).collect(),
             points_known: points.len(),
             points_in_all: plan.len(),
+            points_of_part: plan.chains(shard).iter().map(Vec::len).sum(),
             interrupted,
             stretches: if one { stretches(&rows) } else { Vec::new() },
             hysteresis: if one { hysteresis(&rows) } else { Vec::new() },
@@ -192,10 +196,16 @@ impl Report for SweepReport {
             self.scene,
             self.axes.join(" and ")
         );
-        if self.points_known < self.points_in_all {
+        if self.points_known < self.points_of_part {
             let _ = writeln!(
                 text,
                 "  {BEWARE}{} of {} points{BEWARE:#} so far; --resume goes on with the rest",
+                self.points_known, self.points_of_part
+            );
+        } else if self.points_known < self.points_in_all {
+            let _ = writeln!(
+                text,
+                "  a part: {} of {} points; `squeakscope merge` joins the parts",
                 self.points_known, self.points_in_all
             );
         }

@@ -3,6 +3,7 @@
 //! * [`equations`]: each equation of the paper and where it is; axes, signs, energy.
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
+//! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
 
@@ -14,6 +15,9 @@ pub mod stability {}
 
 #[doc = include_str!("exponents.md")]
 pub mod exponents {}
+
+#[doc = include_str!("sweeps.md")]
+pub mod sweeps {}
 
 #[doc = include_str!("peers.md")]
 pub mod peers {}

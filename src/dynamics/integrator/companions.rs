@@ -72,7 +72,7 @@ impl Integrator {
     }
 
     /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
-    /// [`Differentiable::product`](super::Differentiable::product); `None` where none are followed.
+    /// [`Differentiable::product`](crate::dynamics::Differentiable::product); `None` where none are followed.
     pub fn tangent_vectors(&self) -> Option<&[f64]> {
         Some(&self.tangents.as_ref()?.end)
     }
