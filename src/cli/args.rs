@@ -392,8 +392,8 @@ pub struct ResponseArgs {
     /// The longest time to wait for the transient to be over.
     #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = positive)]
     pub most: f64,
-    /// Time over which the settled motion is measured.
-    #[arg(long, value_name = "MS", default_value_t = 200.0, value_parser = measured)]
+    /// Time over which the settled motion is measured; a zero exponent is told after 1000 periods of the slowest mode.
+    #[arg(long, value_name = "MS", default_value_t = 600.0, value_parser = measured)]
     pub measure: f64,
     /// How many of the largest Lyapunov exponents to follow; 0 for none.
     #[arg(long, value_name = "K", default_value_t = 3)]

@@ -29,7 +29,8 @@ pub const RESPONSE: ResponsePlan = ResponsePlan {
     least: 0.05,
     most: 0.25,
     measure: 0.06,
-    exponents: 3,
+    // They need ten times as long to tell anything.
+    exponents: 0,
     portrait: false,
     // Some fifteen times what a squeak needs: sets with sticking or very stiff contact are given up.
     most_calls: Some(4_000_000),
@@ -186,12 +187,13 @@ impl CalibrationPlan {
     /// All that the results depend on, as a text.
     pub fn identity(&self) -> String {
         format!(
-            "squeakscope {} seed {} population {} scene {}\n{}",
+            "squeakscope {} seed {} population {} at {TILTS:?} deg by {RESPONSE:?}\nscene {}\n{}\n{}",
             crate::VERSION,
             self.seed,
             self.population,
             self.base.name,
-            self.base.text
+            self.base.text,
+            super::paper::CLAIMS
         )
     }
 }

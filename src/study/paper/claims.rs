@@ -6,8 +6,8 @@ use super::evidence::Evidence;
 use crate::dynamics::Sign;
 use crate::study::response::Response;
 
-/// The claims, as data.
-const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
+/// The claims, as data (TOML).
+pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
 
 /// A claim of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -7,6 +7,6 @@ mod study;
 #[cfg(test)]
 mod tests;
 
-pub use claims::{Claim, Finding, Holds, claims, compare, nearness, score};
+pub use claims::{CLAIMS, Claim, Finding, Holds, claims, compare, nearness, score};
 pub use evidence::{Embedding, Evidence};
 pub use study::{EMBEDDED_AT, MOTIONS, SUCCESSION, embedding, paper_evidence, paper_plan};

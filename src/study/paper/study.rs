@@ -26,7 +26,7 @@ pub fn paper_plan(scene: Scene, start: Start) -> SweepPlan {
         starts: vec![start],
         response: ResponsePlan {
             most: 0.6,
-            measure: 0.4,
+            measure: 0.7,
             ..ResponsePlan::default()
         },
     }

@@ -47,7 +47,8 @@ impl Default for ResponsePlan {
         Self {
             least: 0.05,
             most: 1.0,
-            measure: 0.2,
+            // A thousand periods of the slowest mode: before that no exponent is told to be zero.
+            measure: 0.6,
             exponents: 3,
             portrait: true,
             most_calls: None,
