@@ -319,7 +319,7 @@ pub struct BasinsArgs {
 /// Arguments of `squeakscope paper`.
 #[derive(Debug, Arguments)]
 pub struct PaperArgs {
-    /// Name of a scene, or path of a scene file [default: torus-3deg].
+    /// Name of a scene, or path of a scene file [default: paper].
     pub scene: Option<String>,
     /// Only this figure, 1 to 11 [default: all, and the table of claims].
     #[arg(long, value_name = "FIG", value_parser = value_parser!(u8).range(1..=11))]
@@ -328,7 +328,7 @@ pub struct PaperArgs {
     #[arg(long, value_name = "DIR", default_value = "paper")]
     pub out: PathBuf,
     /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
-    #[arg(long, value_enum, default_value_t = OneStart::Up)]
+    #[arg(long, value_enum, default_value_t = OneStart::Cold)]
     pub start: OneStart,
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]

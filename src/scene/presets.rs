@@ -43,6 +43,7 @@ pub const PRESETS: &[Preset] = presets![
     "mode-shift-3.5deg",
     "torus-3deg",
     "chaos-5deg",
+    "paper",
     "mass-on-belt",
     "impact-oscillator",
     "damped-contact",
