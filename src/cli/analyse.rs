@@ -55,10 +55,7 @@ pub(super) struct Tools {
 /// # Errors
 /// Bad input before any work; a fault while drawing or recording; Ctrl-C.
 pub(super) fn analyse(args: &AnalyseArgs, tools: &Tools) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, tools)
 }
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::args::BasinsArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
-use super::report::{self, FileReport, Report};
+use super::report::{self, FileReport, Report, list_files};
 use super::sweep::{
     Drawn, Files, Record, response_plan, tell, work_through, write_figures, write_recording,
     write_tables,
@@ -36,10 +36,7 @@ pub(super) struct Tools {
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
 pub(super) fn basins(args: &BasinsArgs, tools: &Tools) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, tools)
 }
 
@@ -50,13 +47,8 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
     let found = attractors(&points);
-    let tilt = plan
-        .scene
-        .joint()
-        .ok()
-        .map(|joint| joint.tilt.at(0.0).to_degrees());
-    // From radians back to the decimal that was written.
-    let tilt = tilt.map(|tilt| (tilt * 1e9).round() / 1e9);
+    let joint = plan.scene.joint().ok();
+    let tilt = joint.map(|joint| report::degrees(joint.tilt.at(0.0)));
     if let Some(directory) = &args.outputs.figures {
         let title = match tilt {
             Some(tilt) => format!("{} at {tilt} deg", plan.scene.name),
@@ -230,10 +222,7 @@ impl Report for BasinsReport {
                 self.undecided
             );
         }
-        for file in &self.files {
-            let size = file.bytes as f64 / 1e3;
-            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
-        }
+        list_files(&mut text, &self.files);
         text
     }
 }

@@ -13,7 +13,7 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
-use super::report::{self, FileReport, Report};
+use super::report::{self, FileReport, Report, list_files};
 use crate::VERSION;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
@@ -32,10 +32,7 @@ const SHOWN: usize = 5;
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
 pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop)
 }
 
@@ -316,10 +313,7 @@ impl Report for CalibrationReport {
         if !self.never_met.is_empty() {
             let _ = writeln!(text, "\n  no set tried meets {}", self.never_met.join(", "));
         }
-        for file in &self.files {
-            let size = file.bytes as f64 / 1e3;
-            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
-        }
+        list_files(&mut text, &self.files);
         text
     }
 }

@@ -3,19 +3,23 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::error::Cause;
+use super::error::CliError;
 
 /// Catches Ctrl-C from now on; the flag turns true when it comes.
 ///
 /// # Errors
 /// When the operating system refuses a handler.
-pub(super) fn catch() -> Result<Arc<AtomicBool>, Cause> {
+pub(super) fn catch() -> Result<Arc<AtomicBool>, CliError> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     ctrlc::set_handler(move || {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+    })
+    .map_err(|source| CliError::Run {
+        doing: "set-up of Ctrl-C",
+        source: source.into(),
     })?;
     Ok(flag)
 }

@@ -33,10 +33,7 @@ pub(super) struct Tools {
 /// Bad input before any work; a fault while running or drawing; Ctrl-C, after the results are
 /// written.
 pub(super) fn lyapunov(args: &LyapunovArgs, tools: &Tools) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, tools)
 }
 

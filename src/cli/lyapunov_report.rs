@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::flow_report::{DimensionReport, ExponentReport, exponents};
-use super::report::{FileReport, Report};
+use super::report::{FileReport, Report, degrees, list_files};
 use crate::VERSION;
 use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
 use crate::study::lyapunov::{
@@ -156,11 +156,6 @@ impl LyapunovReport {
             None => scene.to_owned(),
         }
     }
-}
-
-/// From radians back to the decimal that was written.
-fn degrees(radians: f64) -> f64 {
-    (radians.to_degrees() * 1e9).round() / 1e9
 }
 
 /// What the motion comes to, and why.
@@ -356,10 +351,7 @@ impl Report for LyapunovReport {
                 None => String::new(),
             }
         );
-        for file in &self.files {
-            let size = file.bytes as f64 / 1e3;
-            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
-        }
+        list_files(&mut text, &self.files);
         text
     }
 }

@@ -13,7 +13,7 @@ use super::args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_directory};
-use super::report::{FileReport, Report};
+use super::report::{FileReport, Report, list_files};
 use super::sweep::{Drawn, Files, tell, work_through, write_figures, write_tables};
 use crate::VERSION;
 use crate::scene::{Parameter, Scene};
@@ -45,10 +45,7 @@ pub(super) type DrawPaper =
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
 pub(super) fn run(args: &PaperArgs, tools: &Tools) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, tools, paper_plan)
 }
 
@@ -224,10 +221,7 @@ impl Report for PaperReport {
                 claim.verdict()
             );
         }
-        for file in &self.files {
-            let size = file.bytes as f64 / 1e3;
-            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
-        }
+        list_files(&mut text, &self.files);
         text
     }
 }

@@ -440,6 +440,19 @@ impl Report for ModelReport {
     }
 }
 
+/// Adds the files written, a line each with its size.
+pub(super) fn list_files(text: &mut String, files: &[FileReport]) {
+    for file in files {
+        let size = file.bytes as f64 / 1e3;
+        let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
+    }
+}
+
+/// From radians back to the decimal of degrees that was written.
+pub(super) fn degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e9).round() / 1e9
+}
+
 /// Shows a result, and writes it as JSON if asked for.
 ///
 /// # Errors

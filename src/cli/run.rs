@@ -53,10 +53,7 @@ pub(super) fn run(
     args: &RunArgs,
     simulate: impl FnOnce(&Job<'_>) -> Result<Summary, Cause>,
 ) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, simulate)
 }
 

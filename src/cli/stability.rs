@@ -52,10 +52,7 @@ pub(super) fn stability(
 /// The tilts at a schedule's knots in degrees, each once, in order.
 fn tilts_of(tilt: &Schedule) -> Vec<f64> {
     let knots = tilt.knots().iter();
-    // From radians back to the decimal that the file says.
-    let mut tilts: Vec<_> = knots
-        .map(|knot| (knot.1.to_degrees() * 1e9).round() / 1e9)
-        .collect();
+    let mut tilts: Vec<_> = knots.map(|knot| report::degrees(knot.1)).collect();
     tilts.sort_by(f64::total_cmp);
     tilts.dedup();
     tilts

@@ -51,10 +51,7 @@ pub(super) struct Drawn {
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
 pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
-    let stop = interrupt::catch().map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
-        source,
-    })?;
+    let stop = interrupt::catch()?;
     execute(args, &stop, tools)
 }
 
@@ -108,18 +105,21 @@ pub(super) fn work_through(
 /// Bad input: a table that cannot be read, of another sweep, or that says otherwise of the same point;
 /// a fault while writing.
 pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
-    let mut tables = args.tables.iter().map(|path| Ok((path, read_table(path)?)));
+    let mut tables = args
+        .tables
+        .iter()
+        .map(|path| read_table(path).map(|table| (path, table)));
     let (
         first,
         SweepTable {
             identity, points, ..
         },
     ) = match tables.next() {
-        Some(read) => read.map_err(bad_table)?,
+        Some(read) => read?,
         None => return Ok(()),
     };
     let plan = SweepPlan::of_identity(&identity).map_err(|reason| {
-        bad_table(TableError::Foreign {
+        CliError::Table(TableError::Foreign {
             path: first.clone(),
             reason,
         })
@@ -133,7 +133,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
                 None => merged.push(point),
                 Some(other) if *other == point => {}
                 Some(_) => {
-                    return Err(bad_table(TableError::Foreign {
+                    return Err(CliError::Table(TableError::Foreign {
                         path: path.to_owned(),
                         reason: format!(
                             "its point {} is not what another table says of it",
@@ -147,8 +147,8 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     };
     join(first, points)?;
     for read in tables {
-        let (path, table) = read.map_err(bad_table)?;
-        table.check(&plan, path).map_err(bad_table)?;
+        let (path, table) = read?;
+        table.check(&plan, path)?;
         join(path, table.points)?;
     }
     let files = Files::check(None, &args.outputs)?;
@@ -172,11 +172,6 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
         }),
         _ => Ok(()),
     }
-}
-
-/// A table that is not what it should be is bad input.
-fn bad_table(error: TableError) -> CliError {
-    CliError::Table(error)
 }
 
 /// The files asked for, checked before any work.
@@ -341,8 +336,8 @@ fn known(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>,
             path: path.to_owned(),
         }),
         (true, true) => {
-            let table = read_table(path).map_err(bad_table)?;
-            table.check(plan, path).map_err(bad_table)?;
+            let table = read_table(path)?;
+            table.check(plan, path)?;
             Ok(table.points)
         }
     }

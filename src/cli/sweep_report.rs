@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::lyapunov_report::in_brief;
-use super::report::{FileReport, Report};
+use super::report::{FileReport, Report, list_files};
 use crate::VERSION;
 use crate::study::sweep::{Shard, Start, SweepPlan, SweepPoint};
 
@@ -251,10 +251,7 @@ impl Report for SweepReport {
                 "  {BEWARE}{unsettled} points{BEWARE:#} (marked *) still changed when they were measured; give a longer --most"
             );
         }
-        for file in &self.files {
-            let size = file.bytes as f64 / 1e3;
-            let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
-        }
+        list_files(&mut text, &self.files);
         text
     }
 }

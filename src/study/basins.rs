@@ -96,7 +96,8 @@ mod tests {
     use super::*;
     use crate::scene::{Parameter, Scene};
     use crate::study::response::ResponsePlan;
-    use crate::study::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepProgress, sweep};
+    use crate::study::sweep::tests::run;
+    use crate::study::sweep::{Axis, Shard, Start, SweepPlan};
 
     #[test]
     fn shares_have_wilsons_interval() {
@@ -110,19 +111,6 @@ mod tests {
             (low + high - 1.0).abs() < 1e-12 && (0.29..0.31).contains(&low),
             "{low}"
         );
-    }
-
-    struct Kept(Vec<SweepPoint>);
-
-    impl Audience for Kept {
-        type Error = std::convert::Infallible;
-        fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
-            self.0.push(point);
-            Ok(())
-        }
-        fn progress(&mut self, _: SweepProgress) -> bool {
-            true
-        }
     }
 
     #[test]
@@ -148,10 +136,7 @@ mod tests {
                 most_calls: None,
             },
         };
-        let mut kept = Kept(Vec::new());
-        sweep(&plan, Shard::WHOLE, &[], 2, &mut kept).unwrap();
-        let mut points = kept.0;
-        points.sort_by_key(|point| point.place.index);
+        let mut points = run(&plan, Shard::WHOLE, &[], 2);
         let found = attractors(&points);
         println!("{found:?}");
         assert!(found.len() >= 2, "{found:?}");

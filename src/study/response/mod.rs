@@ -191,7 +191,6 @@ pub fn response(
         None => 0.0,
     };
     let told = samples.tell(scene, silence)?;
-    let m = 2 * run.system.modes();
     Ok(Some(Response {
         transient,
         settled,
@@ -209,7 +208,7 @@ pub fn response(
         regime: told.regime,
         confidence: told.confidence,
         portrait: plan.portrait.then_some(told.portrait),
-        state: run.z[..m.max(run.system.modes())].to_vec(),
+        state: run.z[..2 * run.system.modes()].to_vec(),
         tally: run.integrator.tally(),
     }))
 }

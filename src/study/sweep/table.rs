@@ -353,20 +353,8 @@ mod tests {
     use super::*;
     use crate::scene::{Parameter, Scene};
     use crate::study::response::ResponsePlan;
-    use crate::study::sweep::{Audience, Axis, Shard, Start, SweepProgress, sweep};
-
-    struct Kept(Vec<SweepPoint>);
-
-    impl Audience for Kept {
-        type Error = std::convert::Infallible;
-        fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
-            self.0.push(point);
-            Ok(())
-        }
-        fn progress(&mut self, _: SweepProgress) -> bool {
-            true
-        }
-    }
+    use crate::study::sweep::tests::run;
+    use crate::study::sweep::{Axis, Shard, Start};
 
     /// A plan with a point that cannot be, and its points.
     fn swept() -> (SweepPlan, Vec<SweepPoint>) {
@@ -389,10 +377,9 @@ mod tests {
                 most_calls: None,
             },
         };
-        let mut kept = Kept(Vec::new());
-        sweep(&plan, Shard::WHOLE, &[], 1, &mut kept).unwrap();
-        assert!(kept.0[0].outcome.is_err() && kept.0[2].outcome.is_ok());
-        (plan, kept.0)
+        let points = run(&plan, Shard::WHOLE, &[], 1);
+        assert!(points[0].outcome.is_err() && points[2].outcome.is_ok());
+        (plan, points)
     }
 
     #[test]

@@ -44,7 +44,13 @@ fn plan() -> SweepPlan {
     }
 }
 
-fn run(plan: &SweepPlan, shard: Shard, known: &[SweepPoint], threads: usize) -> Vec<SweepPoint> {
+/// The points of a sweep in their order.
+pub(in crate::study) fn run(
+    plan: &SweepPlan,
+    shard: Shard,
+    known: &[SweepPoint],
+    threads: usize,
+) -> Vec<SweepPoint> {
     let mut notes = Notes {
         points: Vec::new(),
         stop_after: usize::MAX,
