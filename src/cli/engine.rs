@@ -14,11 +14,12 @@ use super::paper_captions as captions;
 use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
-use super::sweep_view::sweep_view;
+use super::sweep_view::{body_view, sweep_view};
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
 use crate::figure::paper::{
-    configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots, sections,
+    bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
+    sections,
 };
 use crate::figure::{Figure, basins_figure, lyapunov_figure, signal_figures, sweep_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
@@ -169,6 +170,12 @@ fn draw_basins(
 pub(super) const PAPER: paper::Tools = paper::Tools {
     evidence: |scene, points| Ok(paper_evidence(&scene.joint()?.spec, points)?),
     draw: draw_paper,
+    record: |plan, points, command, path| {
+        let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
+        let mut view = sweep_view(plan, points, command)?;
+        view.body = Some(body_view(&ball));
+        Ok(save_sweep(path, &view)?)
+    },
 };
 
 /// Draws the paper's figures with captions.
@@ -180,30 +187,29 @@ fn draw_paper(
 ) -> Result<Vec<(sweep::Drawn, String)>, Cause> {
     let wanted = |number: u8| only.is_none_or(|only| only == number);
     let spec = &plan.scene.joint()?.spec;
+    let ball = BallJoint::new(spec)?;
     let mut figures: Vec<(Figure, String)> = Vec::new();
-    if (1..=3).any(wanted) {
-        let ball = BallJoint::new(spec)?;
-        let tilt = MOTIONS[2].to_radians();
-        if wanted(1) {
-            let figure = configuration(&ball, &ball.model(tilt)?, tilt)?;
-            figures.push((figure, captions::CONFIGURATION.to_owned()));
-        }
-        if wanted(2) {
-            figures.push((mode_shapes(&ball)?, captions::MODE_SHAPES.to_owned()));
-        }
-        if let (true, Friction::Stribeck { law, .. }) = (wanted(3), spec.friction) {
-            let velocity = ball.sliding_velocity(tilt);
-            let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-            figures.push((
-                friction_curves(&law, sliding)?,
-                captions::FRICTION.to_owned(),
-            ));
-        }
+    let tilt = MOTIONS[2].to_radians();
+    if wanted(1) {
+        let figure = configuration(&ball, &ball.model(tilt)?, tilt)?;
+        figures.push((figure, captions::CONFIGURATION.to_owned()));
+    }
+    if wanted(2) {
+        figures.push((mode_shapes(&ball)?, captions::MODE_SHAPES.to_owned()));
+    }
+    if let (true, Friction::Stribeck { law, .. }) = (wanted(3), spec.friction) {
+        let velocity = ball.sliding_velocity(tilt);
+        let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        figures.push((
+            friction_curves(&law, sliding)?,
+            captions::FRICTION.to_owned(),
+        ));
     }
     for (number, tilt) in (4..).zip(MOTIONS) {
         if let (true, Some(response)) = (wanted(number), evidence.at(tilt)) {
-            let figure = motion(number.into(), tilt, response)?;
-            figures.push((figure, captions::motion(tilt, response)));
+            let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
+            let figure = motion(number.into(), tilt, response, &modes)?;
+            figures.push((figure, captions::motion(number, tilt, response)));
         }
     }
     let chosen = evidence.at(EMBEDDED_AT).and_then(study::paper::embedding);
@@ -228,8 +234,8 @@ fn draw_paper(
         figures.push((sections(&succession)?, captions::SECTIONS.to_owned()));
     }
     if wanted(11) {
-        for mut figure in sweep_figures(plan, points)? {
-            "figure-11".clone_into(&mut figure.name);
+        for &start in &plan.starts {
+            let figure = bifurcation(plan, points, start)?;
             figures.push((figure, captions::EXPONENTS.to_owned()));
         }
     }

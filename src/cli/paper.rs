@@ -14,7 +14,9 @@ use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_directory};
 use super::report::{FileReport, Report, list_files};
-use super::sweep::{Drawn, Files, tell, work_through, write_figures, write_tables};
+use super::sweep::{
+    Drawn, Files, Record, tell, work_through, write_figures, write_recording, write_tables,
+};
 use crate::VERSION;
 use crate::scene::{Parameter, Scene};
 use crate::study::paper::{Evidence, Finding, Holds, compare, paper_plan, score};
@@ -22,6 +24,9 @@ use crate::study::sweep::{Start, SweepPlan, SweepPoint};
 
 /// The scene that meets most of the paper's claims.
 const SCENE: &str = "paper";
+
+/// The first figure that shows a motion; those before need no simulation.
+const FIRST_OF_MOTION: u8 = 4;
 
 const MET: Style = AnsiColor::Green.on_default();
 const NOT_MET: Style = AnsiColor::Red.on_default();
@@ -33,6 +38,8 @@ pub(super) struct Tools {
     pub evidence: fn(&Scene, &[SweepPoint]) -> Result<Evidence, Cause>,
     /// Draws the figures, all or only one, each with its caption.
     pub draw: DrawPaper,
+    /// Records the sweep behind them, with the mode shapes.
+    pub record: Record,
 }
 
 /// Draws the figures of the paper: all, or only the one with a number.
@@ -76,7 +83,7 @@ fn execute(
     let outputs = SweepOutputs {
         out: args.out.join("sweep.arrow"),
         figures: None,
-        save: None,
+        save: args.only.is_none().then(|| args.out.join("paper.rrd")),
         json: args.json.clone(),
     };
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs)?;
@@ -86,17 +93,27 @@ fn execute(
         shard: None,
         threads: args.threads,
     };
-    let (mut points, done) = work_through(&plan, &work, &files, stop)?;
-    let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
-    if !done {
-        return Err(CliError::Interrupted);
+    let mut points = Vec::new();
+    let mut written = Vec::new();
+    if args.only.is_none_or(|only| only >= FIRST_OF_MOTION) {
+        let done;
+        (points, done) = work_through(&plan, &work, &files, stop)?;
+        written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
+        if !done {
+            return Err(CliError::Interrupted);
+        }
     }
     let failed = |doing| move |source| CliError::Run { doing, source };
     let evidence = (tools.evidence)(&plan.scene, &points).map_err(failed("comparison"))?;
     let drawn = (tools.draw)(&plan, &points, &evidence, args.only).map_err(failed("drawing"))?;
     let (figures, captions): (Vec<Drawn>, Vec<String>) = drawn.into_iter().unzip();
     written.extend(write_figures(&args.out, &figures)?);
-    let findings = compare(&evidence);
+    written.extend(write_recording(&plan, &points, &files, tools.record)?);
+    // Without a motion nothing can be compared.
+    let findings = match points.is_empty() {
+        true => Vec::new(),
+        false => compare(&evidence),
+    };
     let mut report = PaperReport::new(&plan, &findings, written);
     if args.only.is_none() {
         let page = page(&report, &figures, &captions);
@@ -199,12 +216,16 @@ impl ClaimReport {
 
 impl Report for PaperReport {
     fn text(&self) -> String {
-        let mut text = format!(
-            "{NAME}{}{NAME:#}, started {}: {:.0} % of the paper's claims hold, by their weights\n",
-            self.scene,
-            self.start,
-            100.0 * self.score
-        );
+        let mut text = String::new();
+        if !self.claims.is_empty() {
+            let _ = writeln!(
+                text,
+                "{NAME}{}{NAME:#}, started {}: {:.0} % of the paper's claims hold, by their weights",
+                self.scene,
+                self.start,
+                100.0 * self.score
+            );
+        }
         for claim in &self.claims {
             let style = match claim.holds {
                 "yes" => MET,
@@ -290,7 +311,15 @@ mod tests {
         Ok(vec![(drawn, "What is seen.".to_owned())])
     }
 
-    const TOOLS: Tools = Tools { evidence, draw };
+    fn record(_: &SweepPlan, points: &[SweepPoint], _: &str, path: &Path) -> Result<(), Cause> {
+        Ok(std::fs::write(path, points.len().to_string())?)
+    }
+
+    const TOOLS: Tools = Tools {
+        evidence,
+        draw,
+        record,
+    };
 
     /// Two tilts, shortly.
     fn short(scene: Scene, start: Start) -> SweepPlan {
@@ -338,7 +367,7 @@ mod tests {
         );
         let json = std::fs::read(folder.path().join("paper.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
-        assert_eq!(report["claims"].as_array().unwrap().len(), 28);
+        assert_eq!(report["claims"].as_array().unwrap().len(), 31);
         assert!(report["score"].as_f64().unwrap() < 0.6);
         // A second run finds the sweep done, and draws only what is asked for.
         args.only = Some(9);

@@ -36,9 +36,11 @@ Attractors coexist, so that another start may give another diagram: `squeakscope
 them side by side.";
 
 /// The caption of one of Fig. 4 to 7.
-pub(super) fn motion(tilt_deg: f64, response: &Response) -> String {
+pub(super) fn motion(number: u8, tilt_deg: f64, response: &Response) -> String {
     let mut caption = format!(
-        "**{tilt_deg}°.** Linear growth, time series, phase plot, spectrum, delay reconstruction and \
+        "**Fig. {number}**, {tilt_deg}°. (a) Growth of the linear modes of steady sliding, and as bars the \
+         shares in it of the friction law's slope, of mode coupling, and of damping, which add up to \
+         it; the paper gives the growth alone. (b to f) Time series, phase plot, spectrum, delay reconstruction and \
          recurrence plot of the settled motion, which is {}",
         response.regime
     );
@@ -58,9 +60,10 @@ pub(super) fn motion(tilt_deg: f64, response: &Response) -> String {
         .as_ref()
         .and_then(|spectrum| spectrum.exponents.first());
     if let Some(exponent) = exponent {
+        let places = if exponent.half_width < 2.0 { 2 } else { 0 };
         let _ = write!(
             caption,
-            "; its largest exponent is {:.0} ± {:.0} 1/s",
+            "; its largest exponent is {:.places$} ± {:.places$} 1/s",
             exponent.value, exponent.half_width
         );
     }

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 
 use crate::analysis::AnalysisError;
-use crate::pipeline::message::Peak;
+use crate::joint::BallJoint;
+use crate::pipeline::message::{Outline, Peak};
 use crate::record::sweep::{
-    MotionView, ParameterView, PointView, RecurrenceView, ResponseView, StartView, SweepView,
-    UnstableMode,
+    BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
+    StartView, SweepView, UnstableMode,
 };
 use crate::scene::Parameter;
 use crate::study::response::{Portrait, Response, section_lag};
@@ -66,7 +67,28 @@ pub(super) fn sweep_view(
         parameter: axis.map(parameter_view).unwrap_or_default(),
         values: axis.map(|axis| axis.values().to_vec()).unwrap_or_default(),
         starts,
+        body: None,
     })
+}
+
+/// Ball and beam with one mode of each family.
+pub(super) fn body_view(ball: &BallJoint) -> BodyView {
+    /// Rings and meridians.
+    const OUTLINE: [usize; 2] = [60, 24];
+    let mesh = ball.body().outline(OUTLINE[0], OUTLINE[1]);
+    let modes = ball.body().families().into_iter().map(|family| ShapeView {
+        name: family.name,
+        frequency: ball.frequencies_hz()[family.mode],
+        mode: family.mode,
+    });
+    BodyView {
+        modes: modes.collect(),
+        outline: Outline {
+            vertices: mesh.vertices,
+            triangles: mesh.triangles,
+            shapes: mesh.shapes,
+        },
+    }
 }
 
 /// How points were started, in words.
@@ -127,6 +149,7 @@ fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
         measures: found.recurrence.clone(),
         unstable,
         motion: found.portrait.as_ref().map(|portrait| MotionView {
+            dt: portrait.dt,
             displacement: portrait.displacement.clone(),
             velocity: portrait.velocity.clone(),
             bin: portrait.bin,

@@ -36,6 +36,15 @@ pub struct BodyMode {
     pub frequency_hz: f64,
 }
 
+/// A mode that stands for its family.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FamilyMode {
+    /// Its place among the modes.
+    pub mode: usize,
+    /// The family in words: `2nd bending pair`, `1st torsion`.
+    pub name: String,
+}
+
 impl BodyMode {
     /// For people: "2nd bending x", "1st torsion", "1st axial".
     pub fn label(&self) -> String {
@@ -140,6 +149,22 @@ impl BodyModes {
     /// The modes, in ascending order of frequency.
     pub fn modes(&self) -> &[BodyMode] {
         &self.modes
+    }
+
+    /// One mode of each family, in ascending order of frequency: of a bending pair the first.
+    pub fn families(&self) -> Vec<FamilyMode> {
+        let mut families: Vec<FamilyMode> = Vec::new();
+        for (mode, of) in self.modes.iter().enumerate() {
+            let pair = match of.kind {
+                ModeKind::BendingX | ModeKind::BendingY => " pair",
+                ModeKind::Torsion | ModeKind::Axial => "",
+            };
+            let name = of.family_label() + pair;
+            if families.iter().all(|family| family.name != name) {
+                families.push(FamilyMode { mode, name });
+            }
+        }
+        families
     }
 
     /// Mode shapes at a point of the ball's surface: for each mode the displacement `[x, y, z]`,

@@ -62,7 +62,7 @@ mod surface;
 mod tests;
 
 pub use bodies::ELEMENT_LIMIT;
-pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, SurfaceMesh};
+pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, FamilyMode, SurfaceMesh};
 pub use error::FemError;
 pub use harmonic::Harmonic;
 pub use meridian::MeridianMode;

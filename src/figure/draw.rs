@@ -148,7 +148,9 @@ fn draw_legend(cell: &Area<'_>, marks: &[Mark]) -> Result<(), Failed> {
     let mut right = width as i32 - units(22.0);
     for mark in marks.iter().rev() {
         let (label, ink) = match mark {
-            Mark::Line { label, color, .. } | Mark::Dots { label, color, .. } => (label, *color),
+            Mark::Line { label, color, .. }
+            | Mark::Dots { label, color, .. }
+            | Mark::Columns { label, color, .. } => (label, *color),
             _ => continue,
         };
         if label.is_empty() {
@@ -159,7 +161,13 @@ fn draw_legend(cell: &Area<'_>, marks: &[Mark]) -> Result<(), Failed> {
         let middle = units(9.0);
         cell.draw(&Text::new(label.clone(), (right, middle), text))?;
         right -= to - from + units(6.0);
-        if matches!(mark, Mark::Line { .. }) {
+        if matches!(mark, Mark::Columns { .. }) {
+            let sample = [
+                (right - units(12.0), middle - units(4.0)),
+                (right, middle + units(4.0)),
+            ];
+            cell.draw(&Rectangle::new(sample, color(ink).filled()))?;
+        } else if matches!(mark, Mark::Line { .. }) {
             let stroke = color(ink).stroke_width(2 * FINE);
             let sample = [(right - units(18.0), middle), (right, middle)];
             cell.draw(&PathElement::new(sample, stroke))?;
@@ -262,12 +270,30 @@ fn draw_mark(
     match mark {
         Mark::Line {
             points, color: c, ..
-        } => {
-            let style = color(*c).stroke_width(3 * FINE / 2);
+        }
+        | Mark::Wire { points, color: c } => {
+            let wire = matches!(mark, Mark::Wire { .. });
+            let width = if wire { FINE * 2 / 3 } else { FINE * 3 / 2 };
+            let style = color(*c).stroke_width(width);
             let points: Vec<_> = points.iter().filter(finite).map(|p| at(*p)).collect();
             for piece in pieces(&points, [left, right], [low, high]) {
                 chart.draw_series(LineSeries::new(piece, style))?;
             }
+        }
+        Mark::Columns {
+            spans,
+            width,
+            color: c,
+            ..
+        } => {
+            let columns = spans.iter().filter(|s| s.iter().all(|v| v.is_finite()));
+            let columns = columns.filter_map(|&[x, from, to]| {
+                let ends = [[x - 0.5 * width, from], [x + 0.5 * width, to]].map(at);
+                let [a, b] = ends.map(|(x, y)| (x.clamp(left, right), y.clamp(low, high)));
+                let seen = a.0 < b.0 && a.1 != b.1;
+                seen.then(|| Rectangle::new([a, b], color(*c).filled()))
+            });
+            chart.draw_series(columns)?;
         }
         Mark::Dots {
             points,

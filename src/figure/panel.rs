@@ -49,6 +49,24 @@ pub enum Mark {
         /// Its name.
         label: String,
     },
+    /// A thin curve through points, without a name: one wire of many.
+    Wire {
+        /// The points.
+        points: Vec<[f64; 2]>,
+        /// Its colour.
+        color: Rgb,
+    },
+    /// Upright bars between two values each, all equally wide.
+    Columns {
+        /// Place of the middle on the horizontal axis, and the two ends.
+        spans: Vec<[f64; 3]>,
+        /// Width on the horizontal axis.
+        width: f64,
+        /// Their colour.
+        color: Rgb,
+        /// Their name.
+        label: String,
+    },
     /// Dots.
     Dots {
         /// Where.

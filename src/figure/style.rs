@@ -11,6 +11,10 @@ pub const VERMILION: Rgb = [213, 94, 0];
 pub const GREEN: Rgb = [0, 158, 115];
 /// See [`BLUE`].
 pub const PURPLE: Rgb = [170, 80, 140];
+/// See [`BLUE`].
+pub const SKY: Rgb = [86, 180, 233];
+/// What stands behind.
+pub const PALE: Rgb = [214, 218, 223];
 /// Text and axes.
 pub const INK: Rgb = [38, 42, 48];
 /// Names of axes, captions.

@@ -37,21 +37,44 @@ pub(super) fn color_of(regime: Regime) -> Rgb {
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Result<Vec<Figure>, FigureError> {
     let starts = plan.starts.iter();
     let figures = starts.map(|&start| {
-        let found: Vec<Found<'_>> = points
-            .iter()
-            .filter(|point| point.place.start == start)
-            .filter_map(|point| {
-                let response = point.outcome.as_ref().ok()?;
-                let values = &point.place.values[..];
-                Some(Found { values, response })
-            })
-            .collect();
+        let found = found(points, start);
         match plan.axes.len() {
-            1 => diagram(plan, start, &found),
+            1 => {
+                let title = format!("{} — {}", plan.scene.name, words(start));
+                diagram(plan, &found, name("bifurcation", start), &title)
+            }
             _ => map(plan, start, &found),
         }
     });
     figures.collect()
+}
+
+/// Fig. 11: bifurcation diagram, exponents and lines over the tilt, of the points that were started in
+/// one way.
+///
+/// # Errors
+/// [`FigureError`].
+pub fn bifurcation(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    start: Start,
+) -> Result<Figure, FigureError> {
+    let title = format!(
+        "Fig. 11 — bifurcation diagram and Lyapunov exponents, {}",
+        words(start)
+    );
+    diagram(plan, &found(points, start), "figure-11".to_owned(), &title)
+}
+
+/// The responses that were started in one way.
+fn found(points: &[SweepPoint], start: Start) -> Vec<Found<'_>> {
+    let of_start = points.iter().filter(|point| point.place.start == start);
+    let found = of_start.filter_map(|point| {
+        let response = point.outcome.as_ref().ok()?;
+        let values = &point.place.values[..];
+        Some(Found { values, response })
+    });
+    found.collect()
 }
 
 /// A response, and where it was found.
@@ -70,7 +93,12 @@ fn words(start: Start) -> &'static str {
     }
 }
 
-fn diagram(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, FigureError> {
+fn diagram(
+    plan: &SweepPlan,
+    found: &[Found<'_>],
+    name: String,
+    title: &str,
+) -> Result<Figure, FigureError> {
     let axis = &plan.axes[0];
     let [low, high] = range(axis.values().iter().copied());
     let half = match axis.values().len() {
@@ -84,8 +112,7 @@ fn diagram(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure
     }
     rows.push(vec![lines(&x, found)]);
     let height = 60 + 270 * rows.len() as u32;
-    let title = format!("{} — {}", plan.scene.name, words(start));
-    Figure::new(name("bifurcation", start), &title, [1000, height], &rows)
+    Figure::new(name, title, [1000, height], &rows)
 }
 
 /// The stem of a figure's file name.

@@ -51,7 +51,7 @@ impl Body {
             paths::BODY,
             &Mesh3D::update_fields()
                 .with_triangle_indices(outline.triangles.iter().copied())
-                .with_vertex_normals(vertex_normals(outline)),
+                .with_vertex_normals(vertex_normals(&outline.vertices, &outline.triangles)),
         )?;
         draw_rotation(rec, joint)?;
         Ok(Self {
@@ -163,10 +163,10 @@ fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
 }
 
 /// Unit normals at the vertices, weighted by the areas of the triangles that meet there.
-fn vertex_normals(outline: &Outline) -> Vec<[f32; 3]> {
-    let mut normals = vec![[0.0; 3]; outline.vertices.len()];
-    for triangle in &outline.triangles {
-        let [a, b, c] = triangle.map(|v| outline.vertices[v as usize]);
+pub(super) fn vertex_normals(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let mut normals = vec![[0.0; 3]; vertices.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| vertices[v as usize]);
         let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
         let cross = [
             u[1] * v[2] - u[2] * v[1],
@@ -218,7 +218,10 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
             shapes: Vec::new(),
         };
-        for (normal, vertex) in vertex_normals(&outline).iter().zip(&outline.vertices) {
+        for (normal, vertex) in vertex_normals(&outline.vertices, &outline.triangles)
+            .iter()
+            .zip(&outline.vertices)
+        {
             let cosine: f64 = (0..3).map(|i| f64::from(normal[i]) * vertex[i]).sum();
             assert!((cosine / 3f64.sqrt() - 1.0).abs() < 1e-6);
         }

@@ -249,6 +249,13 @@ pub const HEALTH_AUDIT: &str = "health/audit";
 
 /// All that a sweep holds, start by start.
 pub const SWEEP: &str = "sweep";
+
+/// Natural modes of ball and beam.
+pub const SHAPES: &str = "shapes";
+/// The beam's axis at rest, a line a mode.
+pub const SHAPE_AXES: &str = "shapes/axes";
+/// What the modes are called.
+pub const SHAPE_NAMES: &str = "shapes/names";
 /// Bifurcation diagram: the settled maxima over the swept parameter.
 pub const DIAGRAM: &str = "diagram";
 /// The maxima.
@@ -281,6 +288,11 @@ impl Root {
     pub fn at(&self, path: &str) -> String {
         format!("{}{path}", self.0)
     }
+}
+
+/// One natural mode of ball and beam, from 0.
+pub fn mode_shape(index: usize) -> String {
+    format!("{SHAPES}/mode_{index:02}")
 }
 
 /// What a picture has to say where there is nothing to draw.

@@ -6,9 +6,9 @@ use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius, Recor
 
 use super::{
     error::RecordError,
-    paths,
+    paths::{self, Root},
     plot::{Axis, Plot},
-    stream,
+    stream::{self, Moment},
     style::{self, FullScale, Quantity, Unit, short},
 };
 use crate::pipeline::message::{Frame, Subject};
@@ -255,7 +255,7 @@ impl Embedding {
         let changed = self.scale.update(f64::from(largest), self.smallest);
         if changed || !self.drawn {
             self.drawn = true;
-            draw_cube(rec, time, &self.names())?;
+            draw_cube(rec, &Root::of_run(), time.into(), &self.names())?;
         }
         let unit = self.scale.get().recip() as f32;
         let length = points.len().div_ceil(PIECES).max(1);
@@ -281,12 +281,22 @@ impl Embedding {
         if self.middle != 0.0 {
             range = format!("{} {range}", short(self.middle));
         }
-        ["t", "t - τ", "t - 2τ"].map(|when| format!("{}({when}), {range}", self.letter))
+        delay_names(self.letter, &range)
     }
 }
 
+/// Names of the axes of delay vectors: what is delayed, and what each axis spans.
+pub fn delay_names(letter: &str, range: &str) -> [String; 3] {
+    ["t", "t - τ", "t - 2τ"].map(|when| format!("{letter}({when}), {range}"))
+}
+
 /// Edges of the cube, and at their ends what the axes are.
-fn draw_cube(rec: &RecordingStream, time: f64, names: &[String; 3]) -> Result<(), RecordError> {
+pub fn draw_cube(
+    rec: &RecordingStream,
+    root: &Root,
+    at: Moment,
+    names: &[String; 3],
+) -> Result<(), RecordError> {
     let mut edges = Vec::new();
     for axis in 0..3 {
         for (a, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -302,16 +312,12 @@ fn draw_cube(rec: &RecordingStream, time: f64, names: &[String; 3]) -> Result<()
     let edges = LineStrips3D::new(edges)
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
-    stream::log_at(rec, paths::axis_lines(paths::EMBEDDING_AXES), time, &edges)?;
+    let axes = root.at(paths::EMBEDDING_AXES);
+    stream::log_at(rec, paths::axis_lines(&axes), at, &edges)?;
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(names.iter().map(String::as_str))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    stream::log_at(
-        rec,
-        paths::axis_labels(paths::EMBEDDING_AXES),
-        time,
-        &labels,
-    )
+    stream::log_at(rec, paths::axis_labels(&axes), at, &labels)
 }

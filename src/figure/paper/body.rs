@@ -1,8 +1,8 @@
 //! Fig. 1 and 2: ball and beam, the patch, the mode shapes.
 
-use crate::fem::SurfaceMesh;
+use crate::fem::{FamilyMode, ModeKind, SurfaceMesh};
 use crate::figure::panel::{Axis, Mark, Panel};
-use crate::figure::style::{BLUE, FAINT, GREEN, INK, Rgb, VERMILION};
+use crate::figure::style::{BLUE, FAINT, GREEN, INK, PALE, Rgb, VERMILION};
 use crate::figure::{Figure, FigureError};
 use crate::joint::{BallJoint, Model};
 
@@ -10,14 +10,13 @@ use crate::joint::{BallJoint, Model};
 const ALONG: usize = 40;
 const ROUND: usize = 16;
 
-/// The largest displacement of a mode shape as drawn, of the body's length.
-const EXAGGERATION: f64 = 0.06;
+/// The largest displacement of a mode shape as drawn, m.
+const LARGEST: f64 = 15e-3;
+/// That of torsion, which would blow up the beam if drawn so large.
+const LARGEST_TORSION: f64 = 7e-3;
 
 /// From where the body is looked at: an oblique view, the beam's axis upright.
 const VIEW: [[f64; 3]; 2] = [[0.866, -0.5, 0.0], [0.12, 0.21, 0.97]];
-
-/// The pale wire of the body at rest.
-const PALE: Rgb = [214, 218, 223];
 
 /// Fig. 1: configuration at a tilt (rad) and pre-stress on the contact patch.
 ///
@@ -108,41 +107,36 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
 /// [`FigureError`].
 pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, FigureError> {
     let mesh = ball.body().outline(ALONG, ROUND);
-    let modes = ball.body().modes();
-    let mut panels: Vec<Panel> = Vec::new();
-    let mut seen: Vec<String> = Vec::new();
-    for (k, mode) in modes.iter().enumerate() {
-        let label = mode.family_label();
-        if seen.contains(&label) {
-            continue;
-        }
-        let frequency = ball.frequencies_hz()[k];
-        let pair = match label.ends_with("bending") {
-            true => " pair",
-            false => "",
+    let panel = |title: String, marks| Panel {
+        title,
+        x: Axis::linear("mm", [-60.0, 60.0]),
+        y: Axis::linear("mm", [-230.0, 45.0]),
+        marks,
+    };
+    let mut panels = vec![panel("at rest".to_owned(), wires(&mesh, INK, |_, at| at))];
+    for FamilyMode { mode, name } in ball.body().families() {
+        let size = |vertex| {
+            mesh.shapes_at(vertex)[mode]
+                .iter()
+                .map(|x| x * x)
+                .sum::<f64>()
         };
         let largest = (0..mesh.vertices.len())
-            .map(|vertex| mesh.shapes_at(vertex)[k].iter().map(|x| x * x).sum::<f64>())
-            .fold(0.0, f64::max)
+            .map(size)
+            .fold(f64::MIN_POSITIVE, f64::max)
             .sqrt();
-        let scale = EXAGGERATION * 0.25 / largest.max(f64::MIN_POSITIVE);
-        let mut marks = wires(&mesh, PALE, |_, at| at);
-        let color = match () {
-            () if label.ends_with("bending") => BLUE,
-            () if label.ends_with("torsion") => VERMILION,
-            () => GREEN,
+        let (color, drawn) = match ball.body().modes()[mode].kind {
+            ModeKind::BendingX | ModeKind::BendingY => (BLUE, LARGEST),
+            ModeKind::Torsion => (VERMILION, LARGEST_TORSION),
+            ModeKind::Axial => (GREEN, LARGEST),
         };
+        let mut marks = wires(&mesh, PALE, |_, at| at);
         marks.extend(wires(&mesh, color, |vertex, at| {
-            let shape = mesh.shapes_at(vertex)[k];
-            std::array::from_fn(|i| at[i] + scale * shape[i])
+            let shape = mesh.shapes_at(vertex)[mode];
+            std::array::from_fn(|i| at[i] + drawn / largest * shape[i])
         }));
-        panels.push(Panel {
-            title: format!("{label}{pair}, {frequency:.0} Hz"),
-            x: Axis::linear("", [-75.0, 75.0]),
-            y: Axis::linear("mm", [-230.0, 45.0]),
-            marks,
-        });
-        seen.push(label);
+        let frequency = ball.frequencies_hz()[mode];
+        panels.push(panel(format!("{name}, {frequency:.0} Hz"), marks));
     }
     let rows: Vec<Vec<Panel>> = panels.chunks(4).map(<[Panel]>::to_vec).collect();
     let height = 60 + 420 * rows.len() as u32;
@@ -164,11 +158,7 @@ fn wires(mesh: &SurfaceMesh, color: Rgb, moved: impl Fn(usize, [f64; 3]) -> [f64
     let lines: Vec<Vec<[f64; 2]>> = rings.chain(meridians).collect();
     lines
         .into_iter()
-        .map(|points| Mark::Line {
-            points,
-            color,
-            label: String::new(),
-        })
+        .map(|points| Mark::Wire { points, color })
         .collect()
 }
 

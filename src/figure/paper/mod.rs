@@ -9,13 +9,14 @@
 //! | 8 | [`embedding`]: mutual information and false neighbours |
 //! | 9 | [`recurrence_plots`] |
 //! | 10 | [`sections`] |
-//! | 11 | the sweep's own figure ([`sweep_figures`](super::sweep_figures)) |
+//! | 11 | [`bifurcation`]: maxima, exponents and lines over the tilt |
 
 mod body;
 mod friction;
 mod grids;
 mod motion;
 
+pub use super::sweep::bifurcation;
 pub use body::{configuration, mode_shapes};
 pub use friction::friction_curves;
 pub use grids::{recurrence_plots, sections};

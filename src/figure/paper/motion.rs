@@ -2,9 +2,10 @@
 
 use crate::analysis::DelayChoice;
 use crate::figure::panel::{Axis, Mark, Panel};
-use crate::figure::style::{BLUE, FAINT, INK, Rgb, VERMILION};
+use crate::figure::style::{BLUE, FAINT, INK, PALE, Rgb, SKY, VERMILION};
 use crate::figure::sweep::color_of;
 use crate::figure::{Figure, FigureError};
+use crate::joint::{Cause, ExplainedMode};
 use crate::study::response::{Portrait, Response};
 
 /// Delay of the reconstruction, s: a quarter of a period of 4.1 kHz.
@@ -20,22 +21,27 @@ const HIGHEST: f64 = 15e3;
 const NAMED: usize = 5;
 
 /// Fig. 4 to 7: growth of the linear modes, time series, phase plot, spectrum, delay reconstruction
-/// and recurrence plot of the motion at a tilt (degrees).
+/// and recurrence plot of the motion at a tilt (degrees), whose linear modes are `modes`.
 ///
 /// # Errors
 /// [`FigureError`].
-pub fn motion(number: usize, tilt_deg: f64, response: &Response) -> Result<Figure, FigureError> {
+pub fn motion(
+    number: usize,
+    tilt_deg: f64,
+    response: &Response,
+    modes: &[ExplainedMode],
+) -> Result<Figure, FigureError> {
     let title = format!(
         "Fig. {number} — {tilt_deg}°: {}, {:.0} % sure",
         response.regime,
         100.0 * response.confidence
     );
-    let mut rows = vec![vec![growth(response)]];
+    let mut rows = vec![vec![growth(modes)]];
     if let Some(portrait) = &response.portrait {
         let color = color_of(response.regime);
         rows = vec![
             vec![
-                growth(response),
+                growth(modes),
                 series(portrait, color),
                 phase(portrait, color),
             ],
@@ -49,38 +55,53 @@ pub fn motion(number: usize, tilt_deg: f64, response: &Response) -> Result<Figur
     Figure::new(format!("figure-{number}"), &title, [1300, 860], &rows)
 }
 
-fn growth(response: &Response) -> Panel {
-    let modes = || response.linear.iter().flat_map(|linear| &linear.modes);
-    let stems = |unstable: bool| -> Vec<[f64; 2]> {
-        let chosen =
-            modes().filter(move |mode| mode.unstable == unstable && mode.frequency_hz > 0.0);
-        chosen
-            .map(|mode| [1e-3 * mode.frequency_hz, mode.growth])
-            .collect()
-    };
-    let [growing, dying] = [true, false].map(stems);
+/// Growth of each oscillating mode, and what feeds and damps it: the shares add up to the growth.
+fn growth(modes: &[ExplainedMode]) -> Panel {
+    const WIDTH: f64 = 0.45;
     let mut marks = vec![Mark::Level { y: 0.0 }];
-    for &[x, y] in &growing {
-        marks.push(Mark::Line {
-            points: vec![[x, 0.0], [x, y]],
-            color: VERMILION,
-            label: String::new(),
+    let feeds = [
+        (&[Cause::Slope][..], SKY, "slope"),
+        (&[Cause::Coupling], BLUE, "coupling"),
+        (&[Cause::Direction, Cause::Structure], PALE, "damping"),
+    ];
+    // Bars that feed stand upon each other, and so do those that damp.
+    let mut ends = vec![[0.0_f64; 2]; modes.len()];
+    for (causes, color, label) in feeds {
+        let spans = modes.iter().zip(&mut ends).map(|(mode, ends)| {
+            let of = mode.causes.iter().filter(|c| causes.contains(&c.cause));
+            let share: f64 = of.map(|cause| cause.share).sum();
+            let end = &mut ends[usize::from(share < 0.0)];
+            let from = *end;
+            *end += share;
+            [1e-3 * mode.frequency_hz, from, *end]
         });
-    }
-    let highest = growing.iter().map(|p| p[1]).fold(100.0, f64::max);
-    let count = growing.len();
-    for (points, color, label) in [(growing, VERMILION, "unstable"), (dying, FAINT, "stable")] {
-        marks.push(Mark::Dots {
-            points,
-            radius: 3.5,
+        marks.push(Mark::Columns {
+            spans: spans.collect(),
+            width: WIDTH,
             color,
             label: label.to_owned(),
         });
     }
+    let unstable = modes.iter().filter(|mode| mode.growth > 0.0).count();
+    for (growing, color) in [(true, VERMILION), (false, INK)] {
+        let chosen = modes.iter().filter(|mode| (mode.growth > 0.0) == growing);
+        marks.push(Mark::Dots {
+            points: chosen
+                .map(|mode| [1e-3 * mode.frequency_hz, mode.growth])
+                .collect(),
+            radius: 3.5,
+            color,
+            label: String::new(),
+        });
+    }
+    let highest = modes.iter().map(|mode| mode.growth).fold(100.0, f64::max);
     Panel {
-        title: format!("a  {count} unstable modes"),
+        title: format!("a  {unstable} unstable modes"),
         x: Axis::linear("frequency, kHz", [0.0, 13.0]),
-        y: Axis::linear("growth rate, 1/s", [-0.3 * highest, 1.15 * highest]),
+        y: Axis::linear(
+            "growth rate (dots) and its causes (bars), 1/s",
+            [-0.4 * highest, 1.25 * highest],
+        ),
         marks,
     }
 }

@@ -264,12 +264,15 @@ impl Layout {
             Subject::Joint(_) | Subject::Small(_) => "Delay embedding of the displacement",
             Subject::Signal(_) => "Delay embedding",
         };
-        let view: ContainerLike = Spatial3DView::new(name)
-            .with_origin(paths::EMBEDDING)
-            .into();
+        Some(self.cube(name, paths::EMBEDDING, distance))
+    }
+
+    /// A cube of side 2 about the origin.
+    fn cube(&mut self, name: &str, origin: &str, distance: f64) -> ContainerLike {
+        let view: ContainerLike = Spatial3DView::new(name).with_origin(origin).into();
         let from = [0.57, -0.69, 0.45].map(|c| distance * c);
         self.eye(&view, from, [0.0; 3], [0.0, 0.0, 1.0]);
-        Some(view)
+        view
     }
 
     fn eye(&mut self, view: &ContainerLike, from: [f64; 3], to: [f64; 3], up: [f64; 3]) {

@@ -3,7 +3,8 @@
 use rerun::{
     RecordingStream,
     blueprint::{
-        Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Tabs, TimePanel, TimeSeriesView,
+        Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Spatial3DView, Tabs, TimePanel,
+        TimeSeriesView,
         components::{LoopMode, PanelState, PlayState},
     },
     datatypes::{TimeInt, TimeRangeBoundary},
@@ -17,7 +18,7 @@ use crate::record::{
     plot::{Axis, Bounds},
     portrait::Portrait,
     recurrence::Recurrence,
-    sweep::{self, Ladder, Scope, StartView, SweepView, square},
+    sweep::{self, BodyView, Ladder, Scope, StartView, SweepView, square},
 };
 
 /// Values a second while playing.
@@ -33,6 +34,9 @@ pub fn send(rec: &RecordingStream, sweep: &SweepView, scope: &Scope) -> Result<(
     }
     for start in &sweep.starts {
         tabs.push(layout.start_tab(start, scope));
+    }
+    if let Some(body) = &sweep.body {
+        tabs.push(tab("Mode shapes", Some(layout.mode_shapes(body))));
     }
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.push(tab("About", Some(about)));
@@ -101,6 +105,7 @@ impl Layout {
         let top = Parts::new()
             .add(1.5, self.diagram(start, scope))
             .add(1.0, self.sweep_portrait(start))
+            .add(1.0, self.sweep_embedding(start))
             .add(1.0, self.sweep_recurrence(start))
             .row();
         let low = Parts::new()
@@ -136,6 +141,26 @@ impl Layout {
 
     fn sweep_portrait(&mut self, start: &StartView) -> ContainerLike {
         self.of_start(start, "Phase portrait", paths::PORTRAIT, Portrait::bounds())
+    }
+
+    /// Delay vectors in their cube.
+    fn sweep_embedding(&mut self, start: &StartView) -> ContainerLike {
+        let name = format!("Delay vectors: {}", start.words);
+        let origin = Root::of_start(&start.key).at(paths::EMBEDDING);
+        self.cube(&name, &origin, 4.6)
+    }
+
+    /// The natural modes side by side, from the front and a little from above.
+    fn mode_shapes(&mut self, body: &BodyView) -> ContainerLike {
+        let view: ContainerLike = Spatial3DView::new("Natural modes, yellow moves most")
+            .with_origin(paths::SHAPES)
+            .into();
+        let distance = 130.0 * body.modes.len().max(4) as f64;
+        let middle = [0.0, 0.0, -95.0];
+        let eye = [0.12, -0.95, 0.16].map(|c: f64| c * distance);
+        let from = [eye[0], eye[1], eye[2] + middle[2]];
+        self.eye(&view, from, middle, [0.0, 0.0, 1.0]);
+        view
     }
 
     fn sweep_recurrence(&mut self, start: &StartView) -> ContainerLike {

@@ -1,6 +1,9 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesPoints, TextDocument};
+use rerun::{
+    Color, LineStrips2D, LineStrips3D, Points2D, Radius, RecordingStream, SeriesPoints,
+    TextDocument,
+};
 
 use super::{
     scope::{Scope, tops},
@@ -15,7 +18,7 @@ use crate::{
         exponents,
         paths::{self, Root},
         plot::{Axes, CAPTION_HEIGHT, Plot},
-        portrait::Field,
+        portrait::{self, Field},
         recurrence::{Picture, Recurrence},
         spectrum::{self, Spectrum},
         stream::{self, Moment},
@@ -36,6 +39,8 @@ const SPACE: f32 = 22.0;
 
 /// What the pictures at one value have in common.
 pub struct Frame {
+    /// To which displacement (m) the pictures reach.
+    reach: f64,
     portrait: Field,
     section: (Plot, Unit),
 }
@@ -43,8 +48,10 @@ pub struct Frame {
 impl Frame {
     /// For the responses at a value.
     pub fn new(scope: &Scope, found: &[&ResponseView]) -> Self {
+        let reach = scope.reach(found);
         Self {
-            portrait: scope.portrait(found),
+            reach: reach[0],
+            portrait: Field::new(reach),
             section: scope.section(found),
         }
     }
@@ -163,6 +170,7 @@ impl<'a> Draw<'a> {
             Some(_) => NO_RESPONSE,
         };
         self.portrait(rec, at, &frame.portrait, found, missing)?;
+        self.embedding(rec, at, frame.reach, found)?;
         self.section(rec, at, &frame.section, found, missing)?;
         self.spectrum(rec, at, found, missing)?;
         self.recurrence(rec, at, found, missing)?;
@@ -219,6 +227,34 @@ impl<'a> Draw<'a> {
             _ => "",
         };
         self.note(rec, at, paths::PORTRAIT, &field.plot, words)
+    }
+
+    /// Delay vectors of three coordinates, Eq. (25), in a cube.
+    fn embedding(
+        &self,
+        rec: &RecordingStream,
+        at: Moment,
+        reach: f64,
+        found: Option<&ResponseView>,
+    ) -> Result<(), RecordError> {
+        let range = format!("±{}", Quantity::Length.words(reach));
+        let names = portrait::delay_names(self.sweep.letter, &range);
+        portrait::draw_cube(rec, &self.root, at, &names)?;
+        let trail = found.and_then(|found| {
+            let motion = found.motion.as_ref()?;
+            let lag = ((self.sweep.lag / motion.dt).round() as usize).max(1);
+            let u = &motion.displacement[..];
+            let unit = |u: f32| u / reach as f32;
+            // The newest first in a vector.
+            let points = u.windows(2 * lag + 1);
+            let points = points.map(|w| [w[2 * lag], w[lag], w[0]].map(unit));
+            Some((points.collect::<Vec<_>>(), style::regime(found.regime)))
+        });
+        let strips = trail.iter().map(|(points, _)| points);
+        let lines = LineStrips3D::new(strips)
+            .with_colors(trail.iter().map(|(_, color)| *color))
+            .with_radii([Radius::new_ui_points(0.7)]);
+        stream::log_at(rec, self.root.at(paths::EMBEDDING_TRAIL), at, &lines)
     }
 
     fn section(

@@ -1,13 +1,14 @@
 //! A sweep over one parameter as one recording, with the parameter as the timeline to scrub.
 //!
 //! For each way of starting there is a folder of entities, `sweep/up/...`, with the settled motion
-//! at each value of the parameter: portrait, section, recurrence plot, spectrum, exponents, words;
-//! and the bifurcation diagram of all values with a cursor at the present one. Ways of starting
+//! at each value of the parameter: portrait, delay vectors, section, recurrence plot, spectrum, exponents,
+//! words; and the bifurcation diagram of all values with a cursor at the present one. Ways of starting
 //! stand side by side, so that hysteresis is seen.
 
 mod draw;
 mod ladder;
 mod scope;
+mod shapes;
 mod view;
 mod words;
 
@@ -31,8 +32,8 @@ use draw::{Draw, Frame};
 pub(super) use ladder::Ladder;
 pub(super) use scope::{Scope, square};
 pub use view::{
-    MotionView, ParameterView, PointView, RecurrenceView, ResponseView, StartView, SweepView,
-    UnstableMode,
+    BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
+    StartView, SweepView, UnstableMode,
 };
 pub(super) use words::title;
 
@@ -71,6 +72,9 @@ fn draw(rec: &RecordingStream, sweep: &SweepView) -> Result<(), RecordError> {
     text::send_properties(rec, origin)?;
     let about = words::about(sweep, &scope.ladder.name);
     rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
+    if let Some(body) = &sweep.body {
+        shapes::draw(rec, body)?;
+    }
     let mut starts = Vec::new();
     for start in &sweep.starts {
         starts.push(Draw::new(rec, sweep, start, &scope)?);

@@ -9,7 +9,6 @@ use crate::{
     analysis::{Regime, range},
     record::{
         plot::{Axis, CAPTION_HEIGHT, Plot},
-        portrait::Field,
         spectrum::SpectrumPlot,
         style::{Quantity, Unit, round_up},
     },
@@ -78,12 +77,12 @@ impl Scope {
         }
     }
 
-    /// The phase plane of the points at one value.
-    pub fn portrait(&self, found: &[&ResponseView]) -> Field {
+    /// Displacement (m) and speed (m/s) to which the pictures of the points at one value reach.
+    pub fn reach(&self, found: &[&ResponseView]) -> [f64; 2] {
         let least = self.largest.map(|size| LEAST_SHARE * size);
         let motions = found.iter().map(|response| largest(response));
-        let [u, v] = motions.fold(least, |[a, b], [c, d]| [a.max(c), b.max(d)]);
-        Field::new([round_up(1.02 * u), round_up(1.02 * v)])
+        let largest = motions.fold(least, |[a, b], [c, d]| [a.max(c), b.max(d)]);
+        largest.map(|size| round_up(1.02 * size))
     }
 
     /// The plane of the section of the points at one value, and its unit: as close as it can be,

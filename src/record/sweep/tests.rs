@@ -5,7 +5,7 @@ use crate::{
     analysis::Regime,
     dynamics::{Exponent, LyapunovSpectrum},
     pipeline::message::Peak,
-    record::tests::read,
+    record::{portrait::Field, tests::read},
 };
 
 /// A motion of one frequency, or at rest.
@@ -52,6 +52,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             growth: 55.0,
         }]),
         motion: Some(MotionView {
+            dt: 5e-6,
             displacement: wave(0.0),
             velocity: wave(1.5).iter().map(|v| 1e4 * v).collect(),
             bin: 5.0,
@@ -109,6 +110,14 @@ fn sweep() -> SweepView {
         },
         values: vec![1.0, 1.5, 2.0, 2.5, 3.0],
         starts: vec![start("up", up), start("down", down)],
+        body: Some(BodyView {
+            outline: crate::record::demo::joint().outline,
+            modes: vec![ShapeView {
+                name: "1st bending pair".to_owned(),
+                frequency: 1698.0,
+                mode: 0,
+            }],
+        }),
     }
 }
 
@@ -126,6 +135,7 @@ fn a_recording_holds_every_entity_at_every_value() {
             paths::DIAGRAM_CURSOR,
             paths::PORTRAIT_TRAIL,
             paths::PORTRAIT_NOW,
+            paths::EMBEDDING_TRAIL,
             paths::SECTION_POINTS,
             paths::SPECTRUM_CURVE,
             paths::SPECTRUM_PEAKS,
@@ -159,6 +169,8 @@ fn a_recording_holds_every_entity_at_every_value() {
     // A picture and its place for the tone; three times nothing.
     assert!(entities["sweep/up/recurrence/image"].rows >= 5);
     assert!(entities.contains_key(paths::ABOUT));
+    assert!(entities.contains_key(&paths::mode_shape(0)));
+    assert!(entities.contains_key(paths::SHAPE_NAMES));
     let run = entities
         .iter()
         .find(|(path, _)| path.contains("properties") && path.ends_with(paths::RUN_PROPERTY));
@@ -214,7 +226,7 @@ fn points_at_a_value_share_their_scales() {
             .filter_map(|point| point.outcome.as_ref().ok())
             .collect()
     };
-    let ends = |value: f64| scope.portrait(&found(value)).plot.x.high;
+    let ends = |value: f64| Field::new(scope.reach(&found(value))).plot.x.high;
     assert_eq!((ends(1.0), ends(2.5)), (3.0, 1.5));
     // Silence is drawn small: a hundredth of the largest motion, in nm.
     assert!((ends(3.0) - 30.0).abs() < 1e-9, "{}", ends(3.0));

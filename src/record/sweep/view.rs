@@ -3,7 +3,7 @@
 use crate::{
     analysis::{Measures, Regime},
     dynamics::LyapunovSpectrum,
-    pipeline::message::Peak,
+    pipeline::message::{Outline, Peak},
 };
 
 /// A sweep over one parameter, as far as it has come.
@@ -29,6 +29,28 @@ pub struct SweepView {
     pub values: Vec<f64>,
     /// The ways in which points were started, those without any point left out.
     pub starts: Vec<StartView>,
+    /// Ball and beam with their natural modes, if they are to be shown.
+    pub body: Option<BodyView>,
+}
+
+/// Ball and beam with their natural modes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyView {
+    /// The surface, whose vertices carry the mode shapes.
+    pub outline: Outline,
+    /// The modes to show.
+    pub modes: Vec<ShapeView>,
+}
+
+/// A natural mode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeView {
+    /// What it is called.
+    pub name: String,
+    /// Natural frequency, Hz.
+    pub frequency: f64,
+    /// Its place among the shapes of the surface.
+    pub mode: usize,
 }
 
 /// A parameter.
@@ -118,6 +140,8 @@ pub struct UnstableMode {
 /// A piece of the settled motion, and its spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionView {
+    /// Spacing of the samples, s.
+    pub dt: f64,
     /// Displacements, m.
     pub displacement: Vec<f32>,
     /// Velocities at the same instants, m/s.

@@ -29,6 +29,7 @@ pub struct Claim {
     unstable_modes: Option<UnstableModes>,
     regime: Option<RegimeAt>,
     strongest_line: Option<LineAt>,
+    mode_shift: Option<ShiftBetween>,
     line: Option<LineAt>,
     lag: Option<LagAt>,
     dimension: Option<DimensionAt>,
@@ -65,6 +66,15 @@ struct RegimeAt {
 struct LineAt {
     tilt_deg: f64,
     hz: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShiftBetween {
+    from_deg: f64,
+    from_hz: f64,
+    to_deg: f64,
+    to_hz: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -323,9 +333,27 @@ impl Claim {
         {
             return regimes(is, &evidence.between(*from_deg, *to_deg));
         }
+        let strongest = |tilt: f64| Some(at(tilt)?.lines.first()?.frequency);
         if let Some(LineAt { tilt_deg, hz }) = &self.strongest_line {
-            let strongest = at(*tilt_deg).and_then(|response| response.lines.first());
-            return Told::number(*hz, strongest.map(|line| line.frequency), self.within, khz);
+            return Told::number(*hz, strongest(*tilt_deg), self.within, khz);
+        }
+        if let Some(shift) = &self.mode_shift {
+            let [from, to] = [
+                (shift.from_hz, strongest(shift.from_deg)),
+                (shift.to_hz, strongest(shift.to_deg)),
+            ]
+            .map(|(hz, found)| Told::number(hz, found, self.within, khz));
+            let both = |a: String, b: String| format!("{a} to {b}");
+            return Told {
+                published: both(from.published, to.published),
+                ours: both(from.ours, to.ours),
+                deviation: None,
+                holds: match (from.holds, to.holds) {
+                    (Holds::Unknown, _) | (_, Holds::Unknown) => Holds::Unknown,
+                    (Holds::Yes, Holds::Yes) => Holds::Yes,
+                    _ => Holds::No,
+                },
+            };
         }
         if let Some(LineAt { tilt_deg, hz }) = &self.line {
             let lines = at(*tilt_deg).map_or(&[][..], |response| &response.lines);
@@ -467,6 +495,8 @@ fn largest(response: &Response) -> String {
     let spectrum = response.exponents.as_ref();
     let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
     largest.map_or_else(nothing, |e| {
-        format!("{:.0} +- {:.0} 1/s", e.value, e.half_width)
+        // Small ones count: whether an interval holds zero must be seen.
+        let places = if e.half_width < 2.0 { 2 } else { 0 };
+        format!("{:.places$} +- {:.places$} 1/s", e.value, e.half_width)
     })
 }

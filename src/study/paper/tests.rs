@@ -64,7 +64,7 @@ fn as_published() -> Evidence {
     tilts.push(3.5);
     let responses = tilts.into_iter().map(|tilt| {
         let tilt = (10.0_f64 * tilt).round() / 10.0;
-        let found = match tilt {
+        let mut found = match tilt {
             t if t < 2.9 => response(Regime::Periodic, &[4100.0, 8200.0], &[0.1, -50.0], 4),
             t if t < 3.4 => response(Regime::Periodic, &[12_480.0], &[0.1, -50.0], 4),
             t if t < 4.1 => response(
@@ -74,6 +74,12 @@ fn as_published() -> Evidence {
                 5,
             ),
             _ => response(Regime::Chaotic, &[3870.0], &[90.0, 60.0, 30.0], 5),
+        };
+        found.recurrence_period = match tilt {
+            t if t < 2.9 => Some(2.44e-4),
+            t if t < 3.45 => Some(1.75e-3),
+            t if t < 4.1 => Some(3.5e-3),
+            _ => None,
         };
         (tilt, found)
     });
@@ -109,7 +115,7 @@ fn holds(findings: &[Finding], id: &str) -> Holds {
 #[test]
 fn the_claims_can_be_read_and_name_known_things() {
     let claims = claims();
-    assert_eq!(claims.len(), 28);
+    assert_eq!(claims.len(), 31);
     let mut ids: Vec<&str> = claims.iter().map(|claim| &*claim.id).collect();
     ids.sort_unstable();
     ids.dedup();

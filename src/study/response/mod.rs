@@ -30,7 +30,8 @@ use settle::Settling;
 pub struct ResponsePlan {
     /// The least time before a transient counts as over, s.
     pub least: f64,
-    /// The longest time waited for that, s.
+    /// The longest time waited for that, s. A motion that only looked settled may take one measurement
+    /// more.
     pub most: f64,
     /// Time over which the settled motion is measured, s.
     pub measure: f64,
@@ -69,9 +70,10 @@ pub enum From<'a> {
 /// empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// Time before the measurement began, s.
+    /// Time before the measurement began, s: a motion that only looked settled, and gave way to another
+    /// one, is part of it.
     pub transient: f64,
-    /// Whether the transient was over by then.
+    /// Whether the transient was over by then, and the motion one and the same from then on.
     pub settled: bool,
     /// Half the range of the probe's displacement, m.
     pub amplitude: f64,
@@ -172,18 +174,26 @@ pub fn response(
         most_calls: plan.most_calls,
     };
     run.integrator.start(run.system, 0.0, &run.z)?;
-    let Some(settled) = run.settle(plan)? else {
+    let Some(mut settled) = run.settle(plan)? else {
         return Ok(None);
     };
-    let transient = run.time();
-    run.expected = transient + plan.measure;
-
+    let mut transient = run.time();
     let width = plan.exponents.min(run.system.tangent_dim());
     if width > 0 {
         run.follow(width, scene.start.seed)?;
     }
-    let Some(samples) = run.measure(plan.measure)? else {
-        return Ok(None);
+    let samples = loop {
+        run.expected = run.time() + plan.measure;
+        let Some((samples, changed)) = run.measure(plan.measure)? else {
+            return Ok(None);
+        };
+        if !changed || run.time() >= plan.most + plan.measure {
+            settled &= !changed;
+            break samples;
+        }
+        // What looked settled gave way to another motion: that one is measured.
+        transient = run.time();
+        run.integrator.forget_growth();
     };
     let exponents = run.integrator.exponents();
     let silence = match linear {
@@ -269,6 +279,11 @@ impl Run<'_> {
         std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(f64::MAX)
     }
 
+    /// Samples in a block of energies.
+    fn block(&self) -> usize {
+        (BLOCK * self.period() * self.rate).round().min(1e9) as usize
+    }
+
     /// On to the next sample.
     fn on(&mut self) -> Result<(), ResponseError> {
         self.samples += 1;
@@ -299,8 +314,7 @@ impl Run<'_> {
     /// Runs until the transient is over; whether it was. `None` if it was told to stop.
     fn settle(&mut self, plan: &ResponsePlan) -> Result<Option<bool>, ResponseError> {
         let omega = self.system.omega().to_vec();
-        let length = (BLOCK * self.period() * self.rate).round().min(1e9) as usize;
-        let mut settling = Settling::new(omega.len(), length);
+        let mut settling = Settling::new(omega.len(), self.block());
         let mut largest: f64 = 0.0;
         let mut look = 0;
         while self.time() < plan.most {
@@ -348,13 +362,20 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Samples the settled motion for so long (s). `None` if it was told to stop.
-    fn measure(&mut self, time: f64) -> Result<Option<Samples>, ResponseError> {
+    /// Samples the settled motion for so long (s), and tells whether it has changed meanwhile. `None` if
+    /// it was told to stop.
+    fn measure(&mut self, time: f64) -> Result<Option<(Samples, bool)>, ResponseError> {
         let count = (time * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
+        let omega = self.system.omega().to_vec();
+        let mut settling = Settling::new(omega.len(), self.block());
+        let mut largest: f64 = 0.0;
         for k in 0..count {
             self.on()?;
-            samples.push(self.probe());
+            let probe = self.probe();
+            samples.push(probe);
+            settling.push(&self.z, &omega);
+            largest = largest.max(probe[0].abs());
             if k % 4096 == 0 && !self.goes_on() {
                 return Ok(None);
             }
@@ -362,6 +383,7 @@ impl Run<'_> {
         let time = self.time();
         self.integrator.land(self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
-        Ok(Some(samples))
+        let changed = largest >= SILENCE && settling.has_changed();
+        Ok(Some((samples, changed)))
     }
 }

@@ -8,7 +8,13 @@
 //! about to give way to another one is first seen in the mode that grows. Only what lies below a
 //! millionth of a millionth of the whole is not looked at.
 //!
+//! Some transients look settled for a long time: a chaotic one, say, that ends in a tone at last. So the
+//! stretch that is measured is looked at, too: if a mode with a part in the motion has another
+//! energy in its second half than in its first, it was not one motion.
+//!
 //! A motion that dies away for good is over when it has fallen below what counts as silence.
+
+use std::ops::Range;
 
 /// A mode with a smaller share of the energy is not looked at.
 const FAINTEST: f64 = 1e-12;
@@ -18,6 +24,12 @@ const STEADY: f64 = 0.05;
 
 /// Standard errors by which means may differ.
 const ERRORS: f64 = 3.0;
+
+/// Change of the logarithm of a mode's energy that makes another motion, standard errors by which it must
+/// be beyond doubt, and the least share of the energy of a mode with a part in the motion.
+const CHANGED: f64 = 0.2;
+const BEYOND_DOUBT: f64 = 5.0;
+const PART: f64 = 0.01;
 
 /// The fewest blocks by which anything is told.
 const FEWEST: usize = 16;
@@ -78,14 +90,38 @@ impl Settling {
         }
         let (third, last) = (count / 2..3 * count / 4, 3 * count / 4..count);
         (0..width).all(|k| {
-            let values = |blocks: std::ops::Range<usize>| {
-                let values: Vec<f64> = blocks.map(|block| self.blocks[block * width + k]).collect();
-                mean_with_error(&values)
-            };
-            let (before, after) = (values(third.clone()), values(last.clone()));
+            let (before, after) = (self.mean(k, third.clone()), self.mean(k, last.clone()));
             let error = before[1].hypot(after[1]);
             (after[0] - before[0]).abs() <= (ERRORS * error).max(STEADY)
         })
+    }
+
+    /// Whether the blocks begin in one motion and end in another.
+    pub fn has_changed(&self) -> bool {
+        let width = self.modes + 1;
+        let count = self.blocks.len() / width;
+        if count < FEWEST {
+            return false;
+        }
+        let halves = |k| [0..count / 2, count / 2..count].map(|half| self.mean(k, half));
+        let whole = halves(self.modes);
+        (0..width).any(|k| {
+            let [before, after] = halves(k);
+            let part = |mean: [f64; 2], of: [f64; 2]| mean[0] - of[0] > PART.ln();
+            let takes_part = part(before, whole[0]) || part(after, whole[1]);
+            let change = (after[0] - before[0]).abs();
+            takes_part && change > (BEYOND_DOUBT * before[1].hypot(after[1])).max(CHANGED)
+        })
+    }
+
+    /// Mean over some blocks of the logarithm of a mode's energy, or of the whole after the last mode,
+    /// and its standard error.
+    fn mean(&self, mode: usize, blocks: Range<usize>) -> [f64; 2] {
+        let width = self.modes + 1;
+        let values: Vec<f64> = blocks
+            .map(|block| self.blocks[block * width + mode])
+            .collect();
+        mean_with_error(&values)
     }
 
     /// Blocks filled so far.
@@ -150,6 +186,31 @@ mod tests {
         });
         // It takes over at about block 115.
         assert!(end.is_none_or(|end| end > 160), "{end:?}");
+    }
+
+    #[test]
+    fn a_motion_that_gives_way_to_another_one_has_changed() {
+        let changed = |amplitudes: &dyn Fn(usize) -> [f64; 2]| {
+            let mut settling = Settling::new(2, 1);
+            for block in 0..200 {
+                let [a, b] = amplitudes(block);
+                settling.push(&[a, b, 0.0, 0.0], &OMEGA);
+            }
+            settling.has_changed()
+        };
+        let noise = noise(5, 200, 0.3);
+        let fluctuating = |k: usize| [1.0 + noise[k], 0.3];
+        assert!(!changed(&fluctuating));
+        assert!(changed(&|k| if k < 60 {
+            fluctuating(k)
+        } else {
+            [0.01, 0.3]
+        }));
+        // What has no part in the motion may still die away.
+        assert!(!changed(&|k| [
+            1.0 + noise[k],
+            1e-3 * (-0.1 * k as f64).exp()
+        ]));
     }
 
     #[test]

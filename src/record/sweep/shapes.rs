@@ -1,0 +1,67 @@
+//! Fig. 2 in three dimensions: the natural modes of ball and beam side by side, each drawn so large that
+//! it is seen, coloured by how far it moves.
+
+use rerun::{LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
+
+use super::view::BodyView;
+use crate::record::{
+    body::vertex_normals,
+    error::RecordError,
+    paths,
+    style::{self, ColorMap},
+};
+
+/// The largest displacement as drawn, mm.
+const LARGEST: f64 = 15.0;
+/// Distance from mode to mode, mm.
+const APART: f64 = 75.0;
+
+/// Draws all modes; they are the same at every value of the parameter.
+pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
+    let outline = &body.outline;
+    let count = outline.vertices.len();
+    let modes = outline.shapes.len().checked_div(count).unwrap_or(0);
+    let map = ColorMap::steel();
+    let lowest = outline.vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
+    let mut names = Vec::new();
+    let mut axes = Vec::new();
+    for (place, mode) in body.modes.iter().enumerate() {
+        let shape = || outline.shapes.iter().skip(mode.mode).step_by(modes);
+        let sizes = shape().map(|u| u.iter().map(|c| c * c).sum::<f64>().sqrt());
+        let sizes: Vec<f64> = sizes.collect();
+        let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let across = APART * (place as f64 - 0.5 * (body.modes.len() as f64 - 1.0));
+        let vertices: Vec<[f64; 3]> = outline
+            .vertices
+            .iter()
+            .zip(shape())
+            .map(|(rest, u)| std::array::from_fn(|i| rest[i] + 1e-3 * LARGEST / largest * u[i]))
+            .collect();
+        let normals = vertex_normals(&vertices, &outline.triangles);
+        let drawn = vertices
+            .iter()
+            .map(|v| [1e3 * v[0] + across, 1e3 * v[1], 1e3 * v[2]].map(|c| c as f32));
+        let colors = sizes.iter().map(|size| {
+            let [r, g, b] = map.at((size / largest) as f32);
+            style::rgb(r, g, b)
+        });
+        let mesh = Mesh3D::new(drawn)
+            .with_triangle_indices(outline.triangles.iter().copied())
+            .with_vertex_normals(normals)
+            .with_vertex_colors(colors);
+        rec.log_static(paths::mode_shape(place), &mesh)?;
+        axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));
+        let words = format!("{}\n{:.0} Hz", mode.name, mode.frequency);
+        names.push(([across as f32, 0.0, (1e3 * 1.12 * lowest) as f32], words));
+    }
+    let axes = LineStrips3D::new(axes)
+        .with_colors([style::AXIS])
+        .with_radii([Radius::new_ui_points(0.6)]);
+    rec.log_static(paths::SHAPE_AXES, &axes)?;
+    let names = Points3D::new(names.iter().map(|(at, _)| *at))
+        .with_labels(names.iter().map(|(_, words)| words.as_str()))
+        .with_show_labels(true)
+        .with_colors([style::AXIS])
+        .with_radii([Radius::new_ui_points(0.0)]);
+    Ok(rec.log_static(paths::SHAPE_NAMES, &names)?)
+}
