@@ -1,5 +1,6 @@
 //! `squeakscope sweep` and `squeakscope merge`: what happens as a number of the scene changes?
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::io::Write as _;
 use std::path::Path;
@@ -16,8 +17,8 @@ use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable, TableError,
-    TableWriter, read_table, sweep, write_csv, write_table,
+    Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, TableError, TableWriter,
+    read_table, sweep, write_csv, write_table,
 };
 use crate::study::threads;
 
@@ -109,48 +110,35 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         .tables
         .iter()
         .map(|path| read_table(path).map(|table| (path, table)));
-    let (
-        first,
-        SweepTable {
-            identity, points, ..
-        },
-    ) = match tables.next() {
+    let (path, first) = match tables.next() {
         Some(read) => read?,
         None => return Ok(()),
     };
-    let plan = SweepPlan::of_identity(&identity).map_err(|reason| {
+    let plan = SweepPlan::of_identity(&first.identity).map_err(|reason| {
         CliError::Table(TableError::Foreign {
-            path: first.clone(),
+            path: path.clone(),
             reason,
         })
     })?;
     check_timeline(&plan, &args.outputs)?;
-    let mut merged: Vec<SweepPoint> = Vec::new();
-    let mut join = |path: &Path, points: Vec<SweepPoint>| {
-        for point in points {
-            let there = merged.iter().find(|other| other.place == point.place);
-            match there {
-                None => merged.push(point),
-                Some(other) if *other == point => {}
-                Some(_) => {
-                    return Err(CliError::Table(TableError::Foreign {
-                        path: path.to_owned(),
-                        reason: format!(
-                            "its point {} is not what another table says of it",
-                            point.place.index
-                        ),
-                    }));
-                }
-            }
-        }
-        Ok(())
-    };
-    join(first, points)?;
-    for read in tables {
+    let identity = first.identity.clone();
+    // Points by their places in the plan.
+    let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
+    for read in std::iter::once(Ok((path, first))).chain(tables) {
         let (path, table) = read?;
         table.check(&plan, path)?;
-        join(path, table.points)?;
+        for point in table.points {
+            let index = point.place.index;
+            let there = merged.entry(index).or_insert_with(|| point.clone());
+            if *there != point {
+                return Err(CliError::Table(TableError::Foreign {
+                    path: path.clone(),
+                    reason: format!("its point {index} is not what another table says of it"),
+                }));
+            }
+        }
     }
+    let mut merged: Vec<SweepPoint> = merged.into_values().collect();
     let files = Files::check(None, &args.outputs)?;
     deliver(
         &plan,

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::analysis::AnalysisError;
+use crate::fem::ModeKind;
 use crate::joint::BallJoint;
 use crate::pipeline::message::{Outline, Peak};
 use crate::record::sweep::{
@@ -80,6 +81,7 @@ pub(super) fn body_view(ball: &BallJoint) -> BodyView {
         name: family.name,
         frequency: ball.frequencies_hz()[family.mode],
         mode: family.mode,
+        turns: ball.body().modes()[family.mode].kind == ModeKind::Torsion,
     });
     BodyView {
         modes: modes.collect(),

@@ -142,7 +142,15 @@ fn spectrum(response: &Response, portrait: &Portrait) -> Panel {
         .lines
         .iter()
         .filter(|tone| tone.frequency < HIGHEST);
+    let mut words: Vec<[f64; 2]> = Vec::new();
     for tone in shown.take(NAMED) {
+        // Words upon each other say nothing.
+        let place = [1e-3 * tone.frequency, tone.amplitude.log10()];
+        let near = |at: &[f64; 2]| (at[0] - place[0]).abs() < 1.0 && (at[1] - place[1]).abs() < 0.2;
+        if words.iter().any(near) {
+            continue;
+        }
+        words.push(place);
         let name = match tone.name.as_str() {
             "" => String::new(),
             name => format!(" = {name}"),

@@ -155,9 +155,9 @@ impl Layout {
         let view: ContainerLike = Spatial3DView::new("Natural modes, yellow moves most")
             .with_origin(paths::SHAPES)
             .into();
-        let distance = 130.0 * body.modes.len().max(4) as f64;
+        let distance = 60.0 * body.modes.len().max(6) as f64;
         let middle = [0.0, 0.0, -95.0];
-        let eye = [0.12, -0.95, 0.16].map(|c: f64| c * distance);
+        let eye = [0.0, -0.98, 0.2].map(|c: f64| c * distance);
         let from = [eye[0], eye[1], eye[2] + middle[2]];
         self.eye(&view, from, middle, [0.0, 0.0, 1.0]);
         view

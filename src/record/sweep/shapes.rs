@@ -11,8 +11,9 @@ use crate::record::{
     style::{self, ColorMap},
 };
 
-/// The largest displacement as drawn, mm.
+/// The largest displacement as drawn, mm; that of turning, which would blow up the beam if drawn so large.
 const LARGEST: f64 = 15.0;
+const LARGEST_TURN: f64 = 6.0;
 /// Distance from mode to mode, mm.
 const APART: f64 = 75.0;
 
@@ -30,12 +31,16 @@ pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
         let sizes = shape().map(|u| u.iter().map(|c| c * c).sum::<f64>().sqrt());
         let sizes: Vec<f64> = sizes.collect();
         let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let drawn = match mode.turns {
+            true => LARGEST_TURN,
+            false => LARGEST,
+        };
         let across = APART * (place as f64 - 0.5 * (body.modes.len() as f64 - 1.0));
         let vertices: Vec<[f64; 3]> = outline
             .vertices
             .iter()
             .zip(shape())
-            .map(|(rest, u)| std::array::from_fn(|i| rest[i] + 1e-3 * LARGEST / largest * u[i]))
+            .map(|(rest, u)| std::array::from_fn(|i| rest[i] + 1e-3 * drawn / largest * u[i]))
             .collect();
         let normals = vertex_normals(&vertices, &outline.triangles);
         let drawn = vertices
@@ -51,8 +56,11 @@ pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
             .with_vertex_colors(colors);
         rec.log_static(paths::mode_shape(place), &mesh)?;
         axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));
-        let words = format!("{}\n{:.0} Hz", mode.name, mode.frequency);
-        names.push(([across as f32, 0.0, (1e3 * 1.12 * lowest) as f32], words));
+        // Labels have one line.
+        let lines = [mode.name.clone(), format!("{:.0} Hz", mode.frequency)];
+        for (words, below) in lines.into_iter().zip([1.14, 1.2]) {
+            names.push(([across as f32, 0.0, (1e3 * below * lowest) as f32], words));
+        }
     }
     let axes = LineStrips3D::new(axes)
         .with_colors([style::AXIS])

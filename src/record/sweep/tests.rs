@@ -116,6 +116,7 @@ fn sweep() -> SweepView {
                 name: "1st bending pair".to_owned(),
                 frequency: 1698.0,
                 mode: 0,
+                turns: false,
             }],
         }),
     }

@@ -51,6 +51,8 @@ pub struct ShapeView {
     pub frequency: f64,
     /// Its place among the shapes of the surface.
     pub mode: usize,
+    /// Whether it turns about the beam's axis.
+    pub turns: bool,
 }
 
 /// A parameter.
