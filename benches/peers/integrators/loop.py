@@ -1,0 +1,79 @@
+"""The right-hand side: ours and the plain loop in C++, alternated on one core."""
+
+import numpy as np
+
+#: Seconds that one burst of calls takes, about.
+BURST = 3e-4
+#: How often the programs are started: where a run finds its memory matters, too.
+LAUNCHES = 5
+#: What a call costs before it has been measured: s a node.
+GUESS = 4e-9
+
+
+def operations(modes):
+    """Floating-point operations of our right-hand side a node, counted in `src/joint/traction.rs`,
+    `friction.rs` and `lanes.rs`. A fused multiply-add is two operations; any other addition,
+    multiplication, division, square root or maximum is one; negations, comparisons, and what is
+    done to integers are none."""
+    rows = 2 * modes * (1 + 3 + 3)  # radial displacement; three velocities; three forces
+    gap = 2 + 1 + 1  # pre-stress + stiffness u_r; lift-off; area
+    speed = 1 + 2 + 2 + 1 + 1  # squares; off zero; root
+    # Bound, n, its rounding, the remainder, six pairs, two powers, three and three of Estrin's
+    # scheme with one more power, and the fraction.
+    exponential = 1 + 2 + 1 + 4 + 12 + 2 + 6 + 6 + 1 + 1
+    ratio = 2 + 2 * exponential + 3 + 2 + 2 + 2  # arguments; both; 1 - exp; exp; sliding; ratio
+    force = 1 + 3 + 1  # drag; its components; the radial force
+    power = 1 + 1 + 2 + 2 + 2  # friction's deviation from steady sliding, for the energy audit
+    return rows + gap + speed + ratio + force + power
+
+
+def alternated(programs, exported, rounds):
+    """Seconds a call of ours and of both forms of the plain loop, `rounds` each."""
+    ours, plain = programs.ours(exported, "squeak"), programs.plain(exported, "squeak")
+    askers = {"ours": (ours, "force"), "one pass": (plain, "one-pass"),
+              "passes": (plain, "passes")}
+    calls = {name: max(1, round(BURST / (GUESS * exported.nodes))) for name in askers}
+    seconds = {name: [] for name in askers}
+    forces = {}
+    for turn in range(rounds + 1):
+        for name, (program, what) in askers.items():
+            answer = program.ask(what, calls[name])
+            forces[name] = np.array(answer["force"])
+            if turn:  # the first one warms up
+                seconds[name].append(answer["seconds"])
+    size = np.linalg.norm(forces["ours"])
+    for name, force in forces.items():
+        difference = np.linalg.norm(force - forces["ours"]) / size
+        assert difference < 1e-9, f"{name} gives another force: {difference:.1e}"
+    core = core_of(plain)
+    for program in (ours, plain):
+        program.close()
+    return seconds, core
+
+
+def core_of(plain):
+    """Frequency and measured peak of the core: the best of several, as others disturb it."""
+    answers = [plain.ask("core", 0) for _ in range(15)]
+    return {"hertz": max(answer["hertz"] for answer in answers),
+            "measured_flops": max(answer["flops"] for answer in answers),
+            "width": answers[0]["width"]}
+
+
+def compare(programs, exported, rounds):
+    """Median and minimum of each, s, and the share of the core's peak that ours reaches."""
+    seconds, core = alternated(programs, exported, rounds)
+    for _ in range(1, LAUNCHES):
+        more, again = alternated(programs, exported, rounds)
+        seconds = {name: seconds[name] + more[name] for name in seconds}
+        core = {name: max(core[name], again[name]) for name in core}
+    found = {name: {"median": float(np.median(s)), "minimum": min(s)}
+             for name, s in seconds.items()}
+    # Two fused multiply-adds a cycle, two operations each.
+    core["peak_flops"] = 2 * 2 * core["width"] * core["hertz"]
+    modes = len(exported.model["omega"])
+    done = operations(modes) * exported.nodes / found["ours"]["minimum"]
+    return {
+        "nodes": exported.nodes, **found, "core": core, "operations_per_node": operations(modes),
+        "flops": done, "share_of_peak": done / core["peak_flops"],
+        "share_of_measured_peak": done / core["measured_flops"],
+    }

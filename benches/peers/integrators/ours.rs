@@ -1,0 +1,139 @@
+//! The laboratory's side of `integrators/compare.py`: asked a line at a time, as its peers are.
+//!
+//! ```text
+//! cargo bench --no-default-features --bench integrators -- FOLDER START
+//! ```
+//!
+//! FOLDER holds `scene.toml` and `START.npy`, states `[q | dq/dt]` to start from. Requests:
+//!
+//! * `METHOD KNOB`: integrates from each start for [`HORIZON`] by a method named as in scene files;
+//!   the knob is its tolerance, or the step (s) of one with a fixed step. The answer has the time
+//!   for all starts, the calls of the force, and the ends `[omega q | dq/dt]`.
+//! * `force CALLS`: seconds a call of the force, and the force at the first start.
+
+use std::error::Error;
+use std::fs::{self, File};
+use std::hint::black_box;
+use std::io::{BufRead, BufReader, stdin};
+use std::path::Path;
+
+use npyz::NpyFile;
+use serde_json::{Value, json};
+use squeakscope::dynamics::System;
+use squeakscope::pipeline::{Prepared, prepare};
+use squeakscope::scene::{Parameter, Scene, SceneError};
+
+/// Time that is integrated, s.
+const HORIZON: f64 = 4e-3;
+/// The longest step of the methods that choose their own, us: none is that long.
+const LONGEST_STEP: f64 = 100.0;
+
+/// Processor time of this thread, s: what others do on the machine does not count.
+#[cfg(unix)]
+fn cpu_seconds() -> f64 {
+    use rustix::time::{ClockId, clock_gettime};
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// Where there is no such clock, the time of day has to do.
+#[cfg(not(unix))]
+fn cpu_seconds() -> f64 {
+    std::time::SystemTime::UNIX_EPOCH
+        .elapsed()
+        .map_or(0.0, |time| time.as_secs_f64())
+}
+
+fn with_numbers(scene: &Scene, numbers: &[(&str, f64)]) -> Result<Scene, SceneError> {
+    let values: Result<Vec<_>, _> = numbers
+        .iter()
+        .map(|&(name, value)| Ok((Parameter::named(name)?, value)))
+        .collect();
+    scene.with_values(&values?)
+}
+
+/// The scene's joint with a method at a tolerance, or at a step (s) where the step is fixed.
+fn prepared(scene: &Scene, method: &str, knob: f64) -> Result<Prepared, Box<dyn Error>> {
+    let scene = with_numbers(scene, &[("max_step_us", 1.0)])?;
+    let scene = scene.with_words(&[("time.method", method)])?;
+    let is_fixed = prepare(&scene)?.integrator.tolerance().is_none();
+    let numbers = if is_fixed {
+        vec![("max_step_us", 1e6 * knob)]
+    } else {
+        vec![("max_step_us", LONGEST_STEP), ("tolerance", knob)]
+    };
+    Ok(prepare(&with_numbers(&scene, &numbers)?)?)
+}
+
+fn integrate(
+    scene: &Scene,
+    method: &str,
+    knob: f64,
+    starts: &[f64],
+) -> Result<Value, Box<dyn Error>> {
+    let Prepared {
+        system,
+        mut integrator,
+        ..
+    } = prepared(scene, method, knob)?;
+    let system = system.as_ref();
+    let mut ends = starts.to_vec();
+    let began = cpu_seconds();
+    for end in ends.chunks_exact_mut(system.dim()) {
+        integrator.start(system, 0.0, end)?;
+        integrator.land(system, HORIZON)?;
+        end.copy_from_slice(integrator.state());
+    }
+    let seconds = cpu_seconds() - began;
+    for end in ends.chunks_exact_mut(system.dim()) {
+        for (q, omega) in end.iter_mut().zip(system.omega()) {
+            *q *= omega;
+        }
+    }
+    let ends: Vec<_> = ends.chunks_exact(system.dim()).collect();
+    let calls = integrator.tally().calls;
+    Ok(json!({"seconds": seconds, "calls": calls, "derivatives": 0, "ends": ends}))
+}
+
+fn force(system: &dyn System, calls: f64, start: &[f64]) -> Value {
+    let mut out = vec![0.0; system.modes()];
+    let began = cpu_seconds();
+    for _ in 0..calls as u64 {
+        system.force(0.0, black_box(start), black_box(&mut out));
+    }
+    let seconds = (cpu_seconds() - began) / calls;
+    json!({"seconds": seconds, "force": out})
+}
+
+fn serve(folder: &Path, start: &str) -> Result<(), Box<dyn Error>> {
+    let scene = Scene::parse("scene.toml", fs::read_to_string(folder.join("scene.toml"))?)?;
+    let file = File::open(folder.join(start).with_extension("npy"))?;
+    let starts: Vec<f64> = NpyFile::new(BufReader::new(file))?.into_vec()?;
+    let system = prepare(&scene)?.system;
+    for line in stdin().lock().lines() {
+        let line = line?;
+        let (what, number) = line.split_once(' ').ok_or("a request has two words")?;
+        let number: f64 = number.trim().parse()?;
+        let answer = if what == "force" {
+            force(system.as_ref(), number, &starts[..system.dim()])
+        } else {
+            integrate(&scene, what, number, &starts)
+                .unwrap_or_else(|failure| json!({"failed": failure.to_string()}))
+        };
+        println!("{answer}");
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // Cargo adds flags of its own.
+    let words: Vec<_> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with("--"))
+        .collect();
+    let [folder, start] = &words[..] else {
+        println!("benches/peers/integrators/compare.py runs this");
+        return Ok(());
+    };
+    serve(Path::new(folder), start)
+}
