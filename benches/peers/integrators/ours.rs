@@ -29,19 +29,8 @@ const HORIZON: f64 = 4e-3;
 const LONGEST_STEP: f64 = 100.0;
 
 /// Processor time of this thread, s: what others do on the machine does not count.
-#[cfg(unix)]
 fn cpu_seconds() -> f64 {
-    use rustix::time::{ClockId, clock_gettime};
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// Where there is no such clock, the time of day has to do.
-#[cfg(not(unix))]
-fn cpu_seconds() -> f64 {
-    std::time::SystemTime::UNIX_EPOCH
-        .elapsed()
-        .map_or(0.0, |time| time.as_secs_f64())
+    cpu_time::ThreadTime::now().as_duration().as_secs_f64()
 }
 
 fn with_numbers(scene: &Scene, numbers: &[(&str, f64)]) -> Result<Scene, SceneError> {
