@@ -58,7 +58,6 @@
 //! ```
 
 mod control;
-mod dense;
 mod differentiable;
 mod error;
 mod events;
@@ -67,6 +66,7 @@ mod exponential;
 mod integrator;
 mod lyapunov;
 mod pace;
+mod runge_kutta;
 mod stepper;
 mod switching;
 mod system;

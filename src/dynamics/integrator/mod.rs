@@ -7,6 +7,8 @@ macro_rules! with_stepper {
             Engine::Lawson54($stepper) => $body,
             Engine::Tsit54($stepper) => $body,
             Engine::Rk4($stepper) => $body,
+            Engine::Dop853($stepper) => $body,
+            Engine::Lawson853($stepper) => $body,
         }
     };
 }
@@ -25,8 +27,9 @@ use super::events::Events;
 use super::explicit::Direct;
 use super::exponential::Interaction;
 use super::pace::Pace;
+use super::runge_kutta::RungeKutta;
 use super::stepper::{Stepper, switching};
-use super::tableau::{RK4, TSIT54};
+use super::tableau::{DOP853, RK4, TSIT54};
 use super::tangents::Tangents;
 use super::{DynamicsError, System, Tally};
 
@@ -37,9 +40,11 @@ use super::{DynamicsError, System, Tally};
     reason = "a run has one integrator: its size does not matter"
 )]
 enum Engine {
-    Lawson54(Stepper<Interaction, 7>),
-    Tsit54(Stepper<Direct, 7>),
-    Rk4(Stepper<Direct, 5>),
+    Lawson54(RungeKutta<Interaction, 7>),
+    Tsit54(RungeKutta<Direct, 7>),
+    Rk4(RungeKutta<Direct, 5>),
+    Dop853(RungeKutta<Direct, 16>),
+    Lawson853(RungeKutta<Interaction, 16>),
 }
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
@@ -78,13 +83,19 @@ impl Integrator {
         check_modes(sys)?;
         let dim = sys.dim();
         let engine = match method {
-            Method::Lawson54 { .. } => Engine::Lawson54(Stepper::new(
+            Method::Lawson54 { .. } => Engine::Lawson54(RungeKutta::new(
                 &TSIT54,
                 Interaction::new(sys, TSIT54.nodes.len()),
                 dim,
             )),
-            Method::Tsit54 { .. } => Engine::Tsit54(Stepper::new(&TSIT54, Direct, dim)),
-            Method::Rk4 { .. } => Engine::Rk4(Stepper::new(&RK4, Direct, dim)),
+            Method::Tsit54 { .. } => Engine::Tsit54(RungeKutta::new(&TSIT54, Direct, dim)),
+            Method::Dop853 { .. } => Engine::Dop853(RungeKutta::new(&DOP853, Direct, dim)),
+            Method::Lawson853 { .. } => Engine::Lawson853(RungeKutta::new(
+                &DOP853,
+                Interaction::new(sys, DOP853.nodes.len()),
+                dim,
+            )),
+            Method::Rk4 { .. } => Engine::Rk4(RungeKutta::new(&RK4, Direct, dim)),
         };
         let max_step = control.step();
         let omega = sys.omega().to_vec();
@@ -147,8 +158,9 @@ impl Integrator {
             });
         }
         with_stepper!(&mut self.engine, stepper => {
-            stepper.end_time = t;
-            stepper.end.copy_from_slice(z);
+            let step = stepper.step_mut();
+            step.end_time = t;
+            step.end.copy_from_slice(z);
         });
         self.pace.size = Size::default();
         if let Some(tangents) = &mut self.tangents {
@@ -180,15 +192,13 @@ impl Integrator {
         )?;
         check_size("the state of the system", self.dim, sys.dim())?;
         self.pace.omega.copy_from_slice(sys.omega());
-        if let Engine::Lawson54(stepper) = &mut self.engine {
-            stepper.picture.reread(sys);
-        }
+        with_stepper!(&mut self.engine, stepper => stepper.reread(sys));
         self.limit_step();
         with_stepper!(&mut self.engine, stepper => {
             let status = match &mut self.events {
                 None => None,
                 Some(events) => {
-                    events.start(switching(sys), stepper.end_time, &stepper.end);
+                    events.start(switching(sys), stepper.step().end_time, &stepper.step().end);
                     Some(events.status.as_slice())
                 }
             };
@@ -216,8 +226,15 @@ impl Integrator {
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
         self.go_past(sys, t, f64::INFINITY)?;
-        with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
-        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+        let status = self.events.as_ref().and_then(Events::held);
+        with_stepper!(&mut self.engine, stepper => {
+            if stepper.step().at_end(t).is_none() {
+                // Where steps stop at events, that has been done under the status of the step.
+                self.pace.tally.calls += stepper.densify(sys, status);
+            }
+            stepper.interpolate(t, out);
+        });
+        if let Some(status) = status {
             switching(sys).settle(status, t, out);
         }
         Ok(())
@@ -246,7 +263,7 @@ impl Integrator {
             }
             if let Some(events) = &mut self.events {
                 with_stepper!(&self.engine, stepper => {
-                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                    events.look(switching(sys), stepper.step().end_time, &stepper.step().end);
                 });
             }
         }
@@ -289,12 +306,12 @@ impl Integrator {
 
     /// The time reached, s: the end of the last step.
     pub fn time(&self) -> f64 {
-        with_stepper!(&self.engine, stepper => stepper.end_time)
+        with_stepper!(&self.engine, stepper => stepper.step().end_time)
     }
 
     /// The state at [`Integrator::time`].
     pub fn state(&self) -> &[f64] {
-        with_stepper!(&self.engine, stepper => &stepper.end)
+        with_stepper!(&self.engine, stepper => &stepper.step().end)
     }
 
     /// The error allowed in a step, relative to the size of the state; `None` for a fixed step.
@@ -359,15 +376,17 @@ impl Integrator {
         } = self;
         with_stepper!(engine, stepper => {
             if let Some(tangents) = tangents {
-                tangents.follow(stepper.end_time)?;
+                tangents.follow(stepper.step().end_time)?;
             }
             let status = events.as_ref().and_then(Events::held);
             pace.step(stepper, sys, status, limit)?;
             let held = status.is_some();
             if let Some(events) = events {
+                pace.tally.calls += stepper.densify(sys, events.held());
                 if !held {
-                    events.overrun(switching(sys), stepper.end_time, &stepper.end);
-                    events.pass(stepper.end_time, *max_step);
+                    let step = stepper.step();
+                    events.overrun(switching(sys), step.end_time, &step.end);
+                    events.pass(step.end_time, *max_step);
                     pace.tally.overrun += 1;
                 } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
@@ -375,7 +394,7 @@ impl Integrator {
             }
             if let Some(tangents) = tangents {
                 let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
-                tangents.advance(sys, status, stepper);
+                pace.tally.calls += tangents.advance(sys, status, stepper);
                 if let Some(status) = status {
                     tangents.settle_into(switching(sys), status);
                 }
@@ -401,7 +420,7 @@ impl Integrator {
         let switching = switching(sys);
         let continuous = switching.is_continuous();
         with_stepper!(&mut self.engine, stepper => {
-            let t = stepper.end_time;
+            let t = stepper.step().end_time;
             pace.tally.events += 1;
             events.crossed.clear();
             if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
@@ -414,14 +433,15 @@ impl Integrator {
                     let guard = events.pending[k];
                     let saltation = tangents.as_mut().filter(|_| !continuous);
                     if let Some(tangents) = saltation {
-                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
+                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.step().end);
                     }
-                    switching.cross(guard, t, &mut stepper.end, &mut events.status);
+                    switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
                     events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        let after = (events.status.as_slice(), stepper.end.as_slice());
-                        let vectors = (tangents.end.as_mut_slice(), tangents.width);
+                        let after = (events.status.as_slice(), stepper.step().end.as_slice());
+                        let bundle = &mut tangents.bundle;
+                        let vectors = (bundle.end.as_mut_slice(), bundle.width);
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
@@ -430,7 +450,7 @@ impl Integrator {
                     let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
-                events.look(switching, t, &stepper.end);
+                events.look(switching, t, &stepper.step().end);
                 if chatters {
                     events.pending.clear();
                 }
@@ -441,7 +461,7 @@ impl Integrator {
 
     /// Checks that a time is not before the last step.
     fn check_time(&self, t: f64) -> Result<(), DynamicsError> {
-        let earliest = with_stepper!(&self.engine, stepper => stepper.start_time);
+        let earliest = with_stepper!(&self.engine, stepper => stepper.step().start_time);
         if t >= earliest && t.is_finite() {
             Ok(())
         } else {
@@ -451,10 +471,9 @@ impl Integrator {
 
     /// Keeps the steps within what the parameters and the linear part allow.
     fn limit_step(&mut self) {
-        if let (Engine::Lawson54(stepper), Control::Adaptive(controller)) =
-            (&self.engine, &mut self.pace.control)
-        {
-            controller.limit(self.max_step.min(stepper.picture.longest_step()));
+        if let Control::Adaptive(controller) = &mut self.pace.control {
+            let longest = with_stepper!(&self.engine, stepper => stepper.longest_step());
+            controller.limit(self.max_step.min(longest));
         }
     }
 }

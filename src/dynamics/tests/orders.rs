@@ -2,24 +2,19 @@
 
 use super::super::explicit::Direct;
 use super::super::exponential::Interaction;
-use super::super::stepper::{Picture, Stepper};
+use super::super::runge_kutta::RungeKutta;
+use super::super::stepper::Stepper;
 use super::super::tableau::{RK4, TSIT54};
 use super::reference::extrapolated;
 use super::systems::{Duffing, Free, Lorenz};
 use super::*;
 
 /// The state at `t` after `n` equal steps from `z0` at time zero.
-fn equal_steps<P: Picture, const S: usize, Y: System>(
-    mut stepper: Stepper<P, S>,
-    sys: &Y,
-    z0: &[f64],
-    t: f64,
-    n: usize,
-) -> Stepper<P, S> {
-    stepper.end.copy_from_slice(z0);
+fn equal_steps<M: Stepper, Y: System>(mut stepper: M, sys: &Y, z0: &[f64], t: f64, n: usize) -> M {
+    stepper.step_mut().end.copy_from_slice(z0);
     stepper.refresh(sys, None);
     for k in 1..=n {
-        stepper.follow();
+        stepper.follow(sys, None);
         stepper.attempt(sys, None, t * k as f64 / n as f64);
     }
     stepper
@@ -37,18 +32,25 @@ fn the_global_error_falls_at_the_methods_orders() {
     let finer = extrapolated(&Duffing, &z0, t, 90);
     let doubt = distance(&exact, &finer);
     let lawson = [120, 240].map(|n| {
-        let stepper = Stepper::new(&TSIT54, Interaction::new(&Duffing, 7), 7);
-        distance(&equal_steps(stepper, &Duffing, &z0, t, n).end, &exact)
+        let stepper = RungeKutta::new(&TSIT54, Interaction::new(&Duffing, 7), 7);
+        distance(
+            &equal_steps(stepper, &Duffing, &z0, t, n).step().end,
+            &exact,
+        )
     });
     let tsit = [120, 240].map(|n| {
         distance(
-            &equal_steps(Stepper::new(&TSIT54, Direct, 7), &Duffing, &z0, t, n).end,
+            &equal_steps(RungeKutta::new(&TSIT54, Direct, 7), &Duffing, &z0, t, n)
+                .step()
+                .end,
             &exact,
         )
     });
     let rk4 = [800, 1600].map(|n| {
         distance(
-            &equal_steps(Stepper::new(&RK4, Direct, 7), &Duffing, &z0, t, n).end,
+            &equal_steps(RungeKutta::new(&RK4, Direct, 7), &Duffing, &z0, t, n)
+                .step()
+                .end,
             &exact,
         )
     });
@@ -68,13 +70,17 @@ fn first_order_systems_are_integrated_at_the_methods_orders() {
     let exact = extrapolated(&Lorenz, &z0, t, 100);
     let tsit = [400, 800].map(|n| {
         distance(
-            &equal_steps(Stepper::new(&TSIT54, Direct, 3), &Lorenz, &z0, t, n).end,
+            &equal_steps(RungeKutta::new(&TSIT54, Direct, 3), &Lorenz, &z0, t, n)
+                .step()
+                .end,
             &exact,
         )
     });
     let rk4 = [800, 1600].map(|n| {
         distance(
-            &equal_steps(Stepper::new(&RK4, Direct, 3), &Lorenz, &z0, t, n).end,
+            &equal_steps(RungeKutta::new(&RK4, Direct, 3), &Lorenz, &z0, t, n)
+                .step()
+                .end,
             &exact,
         )
     });
@@ -94,13 +100,9 @@ fn without_modes_the_two_pairs_are_the_same_method() {
 }
 
 /// The largest error of the dense output within one step of length `h`.
-fn dense_error<P: Picture, const S: usize, Y: System>(
-    stepper: Stepper<P, S>,
-    sys: &Y,
-    z0: &[f64],
-    h: f64,
-) -> f64 {
+fn dense_error<M: Stepper, Y: System>(stepper: M, sys: &Y, z0: &[f64], h: f64) -> f64 {
     let mut stepper = equal_steps(stepper, sys, z0, h, 1);
+    stepper.densify(sys, None);
     let mut z = z0.to_vec();
     (1..10).fold(0.0, |worst, k| {
         let t = 0.1 * f64::from(k) * h;
@@ -115,14 +117,14 @@ fn the_dense_outputs_local_error_is_one_order_above_its_order() {
     let steps = [0.02, 0.01];
     let lawson = steps.map(|h| {
         dense_error(
-            Stepper::new(&TSIT54, Interaction::new(&Duffing, 7), 7),
+            RungeKutta::new(&TSIT54, Interaction::new(&Duffing, 7), 7),
             &Duffing,
             &z0,
             h,
         )
     });
-    let tsit = steps.map(|h| dense_error(Stepper::new(&TSIT54, Direct, 7), &Duffing, &z0, h));
-    let rk4 = steps.map(|h| dense_error(Stepper::new(&RK4, Direct, 7), &Duffing, &z0, h));
+    let tsit = steps.map(|h| dense_error(RungeKutta::new(&TSIT54, Direct, 7), &Duffing, &z0, h));
+    let rk4 = steps.map(|h| dense_error(RungeKutta::new(&RK4, Direct, 7), &Duffing, &z0, h));
     assert!((4.7..5.4).contains(&order(lawson)), "{lawson:?}");
     assert!((4.7..5.4).contains(&order(tsit)), "{tsit:?}");
     assert!((3.7..4.3).contains(&order(rk4)), "{rk4:?}");
@@ -130,15 +132,15 @@ fn the_dense_outputs_local_error_is_one_order_above_its_order() {
 
 #[test]
 fn dense_output_meets_both_ends_of_a_step() {
-    let stepper = Stepper::new(&TSIT54, Interaction::new(&Duffing, 7), 7);
+    let stepper = RungeKutta::new(&TSIT54, Interaction::new(&Duffing, 7), 7);
     let mut stepper = equal_steps(stepper, &Duffing, &Duffing::START, 0.2, 1);
     let mut z = [0.0; 7];
     stepper.interpolate(0.0, &mut z);
     assert_eq!(z, Duffing::START);
     stepper.interpolate(0.2, &mut z);
-    assert_eq!(z, stepper.end[..]);
+    assert_eq!(z, stepper.step().end[..]);
     stepper.interpolate(0.2 * (1.0 - 1e-15), &mut z);
-    assert!(distance(&z, &stepper.end) < 1e-14);
+    assert!(distance(&z, &stepper.step().end) < 1e-14);
 }
 
 #[test]
