@@ -57,6 +57,7 @@
 //! # Ok::<(), squeakscope::dynamics::DynamicsError>(())
 //! ```
 
+mod auto;
 mod control;
 mod differentiable;
 mod error;
@@ -66,6 +67,7 @@ mod exponential;
 mod integrator;
 mod lyapunov;
 mod pace;
+mod rosenbrock;
 mod runge_kutta;
 mod stepper;
 mod switching;

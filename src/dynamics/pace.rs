@@ -32,8 +32,7 @@ impl Pace {
         Y: System + ?Sized,
         M: Stepper,
     {
-        stepper.refresh(sys, status);
-        self.tally.calls += 1;
+        stepper.refresh(sys, status, &mut self.tally);
         let size = Size::of(&stepper.step().end, &self.omega);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
             return Err(non_finite(stepper, stepper.step().end_time));
@@ -60,9 +59,8 @@ impl Pace {
         Y: System + ?Sized,
         M: Stepper,
     {
-        self.tally.calls += stepper.follow(sys, status);
-        let start = stepper.step().start_time;
-        let gain = stepper.rule().gain;
+        stepper.follow(sys, status, &mut self.tally);
+        let (start, gain) = (stepper.step().start_time, stepper.rule().gain);
         let start_size = self.size;
         loop {
             let wanted = self.control.step();
@@ -80,7 +78,7 @@ impl Pace {
             if !landing {
                 self.control.realise(end - start);
             }
-            self.tally.calls += stepper.attempt(sys, status, end);
+            stepper.attempt(sys, status, end, &mut self.tally);
 
             let size = Size::of(&stepper.step().end, &self.omega);
             let error = stepper.error(&self.omega);

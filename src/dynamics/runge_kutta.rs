@@ -8,11 +8,11 @@
 //! back exactly. With some tableaus it needs stages of its own, which are evaluated where a state
 //! between the ends is asked for.
 
-use super::System;
 use super::control::{Rule, Size};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::tableau::Tableau;
 use super::tangents::Bundle;
+use super::{System, Tally};
 
 /// The coordinates `y` to which a Runge–Kutta method is applied, anchored at the step's start:
 /// there `y` and the state `z` are the same.
@@ -147,8 +147,9 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         self.picture.longest_step()
     }
 
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
+    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
         let end = self.tableau.end;
+        tally.calls += 1;
         self.slope(sys, status, end, self.step.end_time, Place::End);
         let dim = self.step.dim();
         self.step
@@ -160,11 +161,10 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         self.hand_over_slope();
     }
 
-    fn follow<Y: System + ?Sized>(&mut self, _sys: &Y, _status: Option<&[u8]>) -> u64 {
+    fn follow<Y: System + ?Sized>(&mut self, _sys: &Y, _status: Option<&[u8]>, _tally: &mut Tally) {
         self.step.anchor();
         self.hand_over_slope();
         self.hand_over_record();
-        0
     }
 
     fn rewind(&mut self) {
@@ -179,7 +179,8 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         sys: &Y,
         status: Option<&[u8]>,
         end_time: f64,
-    ) -> u64 {
+        tally: &mut Tally,
+    ) {
         let dim = self.step.dim();
         self.step.end_time = end_time;
         self.step.reach_time = end_time;
@@ -217,7 +218,7 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
             accumulate(&mut self.coarse_error, h, &self.slopes, &weights[..stages]);
             self.picture.push(tableau.end, &mut self.coarse_error, 1);
         }
-        tableau.end as u64
+        tally.calls += tableau.end as u64;
     }
 
     fn error(&self, omega: &[f64]) -> Size {
@@ -228,10 +229,10 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         }
     }
 
-    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) -> u64 {
+    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
         let tableau = self.tableau;
         if self.is_dense || self.step.length() == 0.0 {
-            return 0;
+            return;
         }
         self.is_dense = true;
         let (dim, h) = (self.step.dim(), self.step.length());
@@ -245,7 +246,7 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
             self.picture
                 .pull(stage, &mut self.slopes[stage * dim..][..dim], 1);
         }
-        (S - 1 - tableau.end) as u64
+        tally.calls += (S - 1 - tableau.end) as u64;
     }
 
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
@@ -260,7 +261,7 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         self.picture.push_by(offset, out, 1);
     }
 
-    fn record<Y: System + ?Sized>(&mut self, sys: &Y, _width: usize) -> usize {
+    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
         self.records = vec![vec![0.0; differentiable(sys).record_len()]; S];
         S
     }
@@ -276,7 +277,8 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         sys: &Y,
         status: Option<&[u8]>,
         bundle: &mut Bundle,
-    ) -> u64 {
+        _tally: &mut Tally,
+    ) {
         let width = bundle.width;
         let numbers = bundle.end.len();
         let derivative = differentiable(sys);
@@ -316,7 +318,6 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
             accumulate(&mut bundle.end, h, &bundle.slopes, weights);
             self.picture.push(tableau.end, &mut bundle.end, width);
         }
-        0
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::control::{Rule, Size};
 use super::tangents::Bundle;
-use super::{Differentiable, Switching, System};
+use super::{Differentiable, Switching, System, Tally};
 
 /// The last step: its two ends.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl Step {
 
 /// One method at work. Its workspace is made once; nothing is allocated by a step.
 ///
-/// Methods return how many calls of the right-hand side they have made.
+/// Work that it does is counted in the tally given.
 pub(super) trait Stepper {
     /// The last step.
     fn step(&self) -> &Step;
@@ -97,26 +97,30 @@ pub(super) trait Stepper {
         f64::INFINITY
     }
 
-    /// Evaluates the system afresh at the present state, and forgets the step that led to it. Costs
-    /// one call.
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>);
+    /// Evaluates the system afresh at the present state, and forgets the step that led to it.
+    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
 
     /// Lets the next step start where the last one ended.
-    fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) -> u64;
+    fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
 
     /// Takes the last step back.
     fn rewind(&mut self);
 
     /// Tries the step from its start to `end_time`. It overwrites any step tried from there before,
     /// so that a rejected step needs no undoing.
-    fn attempt<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, end_time: f64)
-    -> u64;
+    fn attempt<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        end_time: f64,
+        tally: &mut Tally,
+    );
 
     /// The size of the error of the step tried.
     fn error(&self, omega: &[f64]) -> Size;
 
     /// Makes ready for states between the ends of the step.
-    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) -> u64;
+    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
 
     /// Writes the state at time `t` (s) within the last step, made ready for it.
     fn interpolate(&mut self, t: f64, out: &mut [f64]);
@@ -133,9 +137,9 @@ pub(super) trait Stepper {
         self.step_mut().end_time = t;
     }
 
-    /// Makes room for so many tangent vectors of the system to follow the steps; returns how many
-    /// slopes each of them needs.
-    fn record<Y: System + ?Sized>(&mut self, sys: &Y, width: usize) -> usize;
+    /// Makes ready for tangent vectors of the system to follow the steps; returns how many slopes each
+    /// of them needs.
+    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
 
     /// Gives up following tangent vectors.
     fn forget_records(&mut self);
@@ -146,7 +150,8 @@ pub(super) trait Stepper {
         sys: &Y,
         status: Option<&[u8]>,
         bundle: &mut Bundle,
-    ) -> u64;
+        tally: &mut Tally,
+    );
 }
 
 /// Writes `[f | g]` of a system, under a status where one is held.

@@ -140,6 +140,11 @@ impl Events {
         self.pending.extend(negative.map(|(guard, _)| guard));
     }
 
+    /// Whether there is anything to look for.
+    pub fn has_guards(&self) -> bool {
+        !self.above.is_empty()
+    }
+
     /// Looks for the first event in the step just taken, made ready for states between its ends. If
     /// there is one, the step is cut there and its guards are `pending`.
     pub fn find<M: Stepper>(
@@ -149,7 +154,7 @@ impl Events {
         tally: &mut Tally,
     ) -> bool {
         self.pending.clear();
-        if self.above.is_empty() {
+        if !self.has_guards() {
             return false;
         }
         let pieces = stepper.rule().pieces;

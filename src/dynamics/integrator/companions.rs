@@ -34,7 +34,7 @@ impl Integrator {
                 dimension,
             });
         }
-        let slopes = with_stepper!(&mut self.engine, stepper => stepper.record(sys, width));
+        let slopes = with_stepper!(&mut self.engine, stepper => stepper.record(sys));
         self.tangents = Some(Tangents::new(sys, width, seed, slopes));
         Ok(self)
     }

@@ -9,6 +9,8 @@ macro_rules! with_stepper {
             Engine::Rk4($stepper) => $body,
             Engine::Dop853($stepper) => $body,
             Engine::Lawson853($stepper) => $body,
+            Engine::Rodas5p($stepper) => $body,
+            Engine::Auto($stepper) => $body,
         }
     };
 }
@@ -22,11 +24,13 @@ use checks::{check_modes, check_size};
 pub use method::Method;
 use neighbour::Neighbour;
 
+use super::auto::Auto;
 use super::control::{Control, Size};
 use super::events::Events;
 use super::explicit::Direct;
 use super::exponential::Interaction;
 use super::pace::Pace;
+use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
 use super::stepper::{Stepper, switching};
 use super::tableau::{DOP853, RK4, TSIT54};
@@ -45,6 +49,45 @@ enum Engine {
     Rk4(RungeKutta<Direct, 5>),
     Dop853(RungeKutta<Direct, 16>),
     Lawson853(RungeKutta<Interaction, 16>),
+    Rodas5p(Rosenbrock),
+    Auto(Auto),
+}
+
+const LACKS_DERIVATIVE: DynamicsError = DynamicsError::Lacks {
+    what: "derivative of its force",
+    wish: "implicit steps (rodas5p, auto)",
+};
+
+impl Engine {
+    /// The workspace of a method for a system.
+    fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
+        let dim = sys.dim();
+        let derivative = || sys.differentiable().ok_or(LACKS_DERIVATIVE);
+        let lawson54 = || {
+            let picture = Interaction::new(sys, TSIT54.nodes.len());
+            RungeKutta::new(&TSIT54, picture, dim)
+        };
+        Ok(match method {
+            Method::Lawson54 { .. } => Self::Lawson54(lawson54()),
+            Method::Tsit54 { .. } => Self::Tsit54(RungeKutta::new(&TSIT54, Direct, dim)),
+            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Direct, dim)),
+            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Direct, dim)),
+            Method::Lawson853 { .. } => {
+                let picture = Interaction::new(sys, DOP853.nodes.len());
+                Self::Lawson853(RungeKutta::new(&DOP853, picture, dim))
+            }
+            Method::Rodas5p { .. } => Self::Rodas5p(Rosenbrock::new(sys, derivative()?)),
+            Method::Auto { .. } => {
+                let implicit = Rosenbrock::new(sys, derivative()?);
+                Self::Auto(Auto::new(lawson54(), implicit, sys.tangent_dim()))
+            }
+        })
+    }
+
+    /// Whether it needs the derivative of the force.
+    fn is_implicit(&self) -> bool {
+        matches!(self, Self::Rodas5p(_) | Self::Auto(_))
+    }
 }
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
@@ -77,26 +120,14 @@ impl Integrator {
     ///
     /// # Errors
     /// [`DynamicsError::Parameter`] for a parameter of the method out of its range,
-    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for a linear part that is no oscillation.
+    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for a linear part that is no oscillation,
+    /// [`DynamicsError::Lacks`] when an implicit method is asked for and the system has no
+    /// [`System::differentiable`].
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
         let control = method.control()?;
         check_modes(sys)?;
         let dim = sys.dim();
-        let engine = match method {
-            Method::Lawson54 { .. } => Engine::Lawson54(RungeKutta::new(
-                &TSIT54,
-                Interaction::new(sys, TSIT54.nodes.len()),
-                dim,
-            )),
-            Method::Tsit54 { .. } => Engine::Tsit54(RungeKutta::new(&TSIT54, Direct, dim)),
-            Method::Dop853 { .. } => Engine::Dop853(RungeKutta::new(&DOP853, Direct, dim)),
-            Method::Lawson853 { .. } => Engine::Lawson853(RungeKutta::new(
-                &DOP853,
-                Interaction::new(sys, DOP853.nodes.len()),
-                dim,
-            )),
-            Method::Rk4 { .. } => Engine::Rk4(RungeKutta::new(&RK4, Direct, dim)),
-        };
+        let engine = Engine::new(method, sys)?;
         let max_step = control.step();
         let omega = sys.omega().to_vec();
         let pace = Pace {
@@ -191,6 +222,9 @@ impl Integrator {
             sys.modes(),
         )?;
         check_size("the state of the system", self.dim, sys.dim())?;
+        if self.engine.is_implicit() && sys.differentiable().is_none() {
+            return Err(LACKS_DERIVATIVE);
+        }
         self.pace.omega.copy_from_slice(sys.omega());
         with_stepper!(&mut self.engine, stepper => stepper.reread(sys));
         self.limit_step();
@@ -230,7 +264,7 @@ impl Integrator {
         with_stepper!(&mut self.engine, stepper => {
             if stepper.step().at_end(t).is_none() {
                 // Where steps stop at events, that has been done under the status of the step.
-                self.pace.tally.calls += stepper.densify(sys, status);
+                stepper.densify(sys, status, &mut self.pace.tally);
             }
             stepper.interpolate(t, out);
         });
@@ -334,6 +368,22 @@ impl Integrator {
         Ok(self)
     }
 
+    /// Whether the last step was an implicit one.
+    pub fn is_implicit(&self) -> bool {
+        match &self.engine {
+            Engine::Rodas5p(_) => true,
+            Engine::Auto(auto) => auto.is_implicit(),
+            _ => false,
+        }
+    }
+
+    /// Leaves the choice between explicit and implicit steps to someone else, where there is one.
+    fn lead(&mut self, is_implicit: bool) {
+        if let Engine::Auto(auto) = &mut self.engine {
+            auto.lead(is_implicit);
+        }
+    }
+
     /// The length of the next full step, s.
     pub fn step_size(&self) -> f64 {
         self.pace.control.step()
@@ -382,7 +432,10 @@ impl Integrator {
             pace.step(stepper, sys, status, limit)?;
             let held = status.is_some();
             if let Some(events) = events {
-                pace.tally.calls += stepper.densify(sys, events.held());
+                if events.has_guards() {
+                    let status = events.held();
+                    stepper.densify(sys, status, &mut pace.tally);
+                }
                 if !held {
                     let step = stepper.step();
                     events.overrun(switching(sys), step.end_time, &step.end);
@@ -394,15 +447,15 @@ impl Integrator {
             }
             if let Some(tangents) = tangents {
                 let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
-                pace.tally.calls += tangents.advance(sys, status, stepper);
+                tangents.advance(sys, status, stepper, &mut pace.tally);
                 if let Some(status) = status {
                     tangents.settle_into(switching(sys), status);
                 }
             }
         });
-        let end = self.time();
+        let (end, is_implicit) = (self.time(), self.is_implicit());
         match &mut self.neighbour {
-            Some(neighbour) => neighbour.note(sys, end),
+            Some(neighbour) => neighbour.note(sys, end, is_implicit),
             None => Ok(()),
         }
     }

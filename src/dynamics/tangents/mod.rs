@@ -8,7 +8,7 @@ mod frame;
 mod saltation;
 
 use super::stepper::Stepper;
-use super::{DynamicsError, Switching, System, lyapunov::Growth};
+use super::{DynamicsError, Switching, System, Tally, lyapunov::Growth};
 use frame::Frame;
 pub(super) use saltation::Saltation;
 
@@ -176,7 +176,7 @@ impl Tangents {
     }
 
     /// Eq. (21): `delta z(t) = Phi_t delta z_0`, along the step that the stepper has just taken, up to
-    /// where it ends or was cut. Returns the calls made.
+    /// where it ends or was cut.
     ///
     /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the equation that each of the vectors obeys.
     pub fn advance<Y: System + ?Sized, M: Stepper>(
@@ -184,7 +184,8 @@ impl Tangents {
         sys: &Y,
         status: Option<&[u8]>,
         stepper: &mut M,
-    ) -> u64 {
+        tally: &mut Tally,
+    ) {
         // Quadratures, which come last, say nothing of the motion.
         let n = self.dimension();
         let step = stepper.step();
@@ -193,6 +194,6 @@ impl Tangents {
             // What is stiff presses the vectors together within one step.
             self.frame.hasten();
         }
-        stepper.carry(sys, status, &mut self.bundle)
+        stepper.carry(sys, status, &mut self.bundle, tally);
     }
 }
