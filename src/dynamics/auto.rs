@@ -3,7 +3,7 @@
 //! Slip that comes to rest makes a joint stiff for a while: what it feels of friction changes from a
 //! force that hardly depends on the velocity to a strong damper. The exponential pair of order 5(4)
 //! then is held down by stability, and the method of Rosenbrock and Wanner takes over; it hands back
-//! when its own steps are so short that the explicit method could take them.
+//! when its own steps are so short that the explicit method could go as far at the same price.
 //!
 //! What decides is `h rho`, with the length of the step `h` and the fastest rate of the force `rho`
 //! (1/s), against the stretch of the negative axis on which the explicit method is stable:
@@ -11,9 +11,10 @@
 //! * in explicit steps `rho` is the change of the force over that of the state between the last two
 //!   stages, which sit at the same time (E. Hairer, G. Wanner, Solving Ordinary Differential Equations
 //!   II, 2nd ed., Springer 1996, Section IV.2). Steps held down by stability come near the bound again
-//!   and again; [`PATIENCE`] of them, with few others between, are enough;
+//!   and again; [`PATIENCE`] of them, with few others between, are enough, and more each time after
+//!   the implicit steps were in vain;
 //! * in implicit steps it is the largest eigenvalue of the force's Jacobian, by the power method.
-//!   [`HASTE`] steps that lie within the bound are enough.
+//!   [`HASTE`] steps that lie within [`WORTH`] times the bound are enough.
 //!
 //! A change costs one call. Both methods have dense output of order 4.
 
@@ -25,19 +26,30 @@ use super::stepper::{Step, Stepper};
 use super::tangents::Bundle;
 use super::{System, Tally};
 
-/// The explicit method is stable from here to zero: `1 + z + ..` of Tsitouras' method is 1 there.
+/// The pair of Tsitouras is stable for real rates up to this over the step.
 const BOUND: f64 = 3.5;
 
-/// Part of the bound above which an explicit step counts as held down by stability.
-const NEAR: f64 = 0.8;
+/// Part of the bound above which an explicit step counts as held down by stability. The control of the
+/// error keeps a good distance from the bound.
+const NEAR: f64 = 0.5;
 
-/// So many explicit steps held down by stability call for implicit ones.
+/// So many explicit steps held down by stability call for implicit ones, at first.
 const PATIENCE: u32 = 15;
+
+/// And at most so many.
+const MOST_PATIENCE: u32 = 480;
+
+/// Fewer implicit steps than this were in vain.
+const BRIEF: u32 = 12;
 
 /// So many explicit steps that are not, one after another, make up for those that were.
 const RELIEF: u32 = 6;
 
-/// So many implicit steps within the explicit method's bound, one after another, call for it.
+/// Bounds within which an implicit step is too short to be worth its price, that of about three explicit
+/// ones.
+const WORTH: f64 = 2.5;
+
+/// So many implicit steps that are too short, one after another, call for explicit ones.
 const HASTE: u32 = 3;
 
 /// Both methods, of which one is at work.
@@ -54,7 +66,7 @@ pub(super) struct Auto {
 }
 
 /// Looks out for steps that the other method should take.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Watch {
     /// `h rho` of the last step tried, until it has been counted.
     last: Option<f64>,
@@ -62,18 +74,42 @@ struct Watch {
     hits: u32,
     /// Steps since then that do not.
     misses: u32,
+    /// Steps of the method at work.
+    stay: u32,
+    /// Explicit steps that it takes to call for implicit ones: more after those have been in vain.
+    patience: u32,
 }
 
 impl Watch {
+    fn new(patience: u32) -> Self {
+        Self {
+            last: None,
+            hits: 0,
+            misses: 0,
+            stay: 0,
+            patience,
+        }
+    }
+
+    /// Starts afresh, the other method at work.
+    fn change(&mut self, was_implicit: bool) {
+        *self = Self::new(match was_implicit {
+            false => self.patience,
+            true if self.stay < BRIEF => MOST_PATIENCE.min(2 * self.patience),
+            true => PATIENCE,
+        });
+    }
+
     /// Counts the last step; whether the other method should take the next one.
     fn is_due(&mut self, is_implicit: bool) -> bool {
         let Some(last) = self.last.take() else {
             return false;
         };
+        self.stay += 1;
         let (hit, enough, relief) = if is_implicit {
-            (last < BOUND, HASTE, 1)
+            (last < WORTH * BOUND, HASTE, 1)
         } else {
-            (last > NEAR * BOUND, PATIENCE, RELIEF)
+            (last > NEAR * BOUND, self.patience, RELIEF)
         };
         if hit {
             self.hits += 1;
@@ -107,7 +143,7 @@ impl Auto {
             explicit,
             implicit,
             is_implicit: false,
-            watch: Watch::default(),
+            watch: Watch::new(PATIENCE),
             led: None,
             difference: vec![0.0; n],
         }
@@ -133,8 +169,8 @@ impl Auto {
         };
         to.end_time = from.end_time;
         to.end.copy_from_slice(&from.end);
+        self.watch.change(self.is_implicit);
         self.is_implicit = !self.is_implicit;
-        self.watch = Watch::default();
         tally.switches += 1;
         at_work!(self, stepper => stepper.refresh(sys, status, tally));
     }
