@@ -6,7 +6,7 @@
 //! between them, which costs two calls. The cubic through the four serves between the ends.
 
 /// Places of the rule in the step: the ends and `(1 -+ 1 / sqrt 5) / 2`.
-pub(super) const PLACES: [f64; 4] = [0.0, 0.276_393_202_250_021_03, 0.723_606_797_749_979, 1.0];
+pub(super) const PLACES: [f64; 4] = [0.0, 0.276_393_202_250_021, 0.723_606_797_749_979, 1.0];
 
 const SQRT_5: f64 = 2.236_067_977_499_79;
 

@@ -170,7 +170,7 @@ const WEIGHTS: [[f64; STAGES]; STAGES] = [
 /// The solution less the companion of order 3.
 const COARSE_ERROR: [f64; STAGES] = {
     let mut error = WEIGHTS[END];
-    error[0] -= 0.244_094_488_188_976_38;
+    error[0] -= 0.244_094_488_188_976_4;
     error[8] -= 0.733_846_688_281_611_9;
     error[11] -= 0.022_058_823_529_411_766;
     error
