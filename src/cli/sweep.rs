@@ -17,8 +17,8 @@ use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, TableError, TableWriter,
-    read_table, sweep, write_csv, write_table,
+    Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable,
+    TableError, TableWriter, read_table, sweep, write_csv, write_table,
 };
 use crate::study::threads;
 
@@ -90,6 +90,7 @@ pub(super) fn work_through(
     let known = known(work.resume, plan, files.table.path())?;
     let mut notes = Notes {
         table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
+        csv: CsvWriter::new(files.csv.path(), plan, &known)?,
         points: known.clone(),
         progress: Progress::of_estimate(),
         stop,
@@ -127,6 +128,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     for read in std::iter::once(Ok((path, first))).chain(tables) {
         let (path, table) = read?;
         table.check(&plan, path)?;
+        warn_of_tear(path, &table);
         for point in table.points {
             let index = point.place.index;
             let there = merged.entry(index).or_insert_with(|| point.clone());
@@ -140,6 +142,14 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
     let files = Files::check(None, &args.outputs)?;
+    // What an earlier merge has made may be made again; anything else is kept.
+    let out = files.table.path();
+    let own = read_table(out).is_ok_and(|table| table.identity == identity);
+    if out.exists() && !own {
+        return Err(CliError::WouldReplace {
+            path: out.to_owned(),
+        });
+    }
     deliver(
         &plan,
         &identity,
@@ -173,6 +183,16 @@ pub(super) struct Files {
 impl Files {
     pub fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
         let csv = outputs.out.with_extension("csv");
+        let ending = outputs
+            .out
+            .extension()
+            .and_then(OsStr::to_str)
+            .unwrap_or("");
+        if !["", "arrow", "arrows"].contains(&ending) {
+            return Err(CliError::NotArrow {
+                path: outputs.out.clone(),
+            });
+        }
         let json = outputs
             .json
             .as_deref()
@@ -204,6 +224,7 @@ impl Files {
 /// What is done as points come.
 struct Notes<'a> {
     table: TableWriter,
+    csv: CsvWriter,
     points: Vec<SweepPoint>,
     progress: Progress,
     stop: &'a AtomicBool,
@@ -214,6 +235,7 @@ impl Audience for Notes<'_> {
 
     fn point(&mut self, point: SweepPoint) -> Result<(), TableError> {
         self.table.add(&point)?;
+        self.csv.add(&point)?;
         self.points.push(point);
         Ok(())
     }
@@ -324,10 +346,26 @@ fn known(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>,
             path: path.to_owned(),
         }),
         (true, true) => {
+            // Killed before its first point was there.
+            if path.metadata().is_ok_and(|meta| meta.len() == 0) {
+                return Ok(Vec::new());
+            }
             let table = read_table(path)?;
             table.check(plan, path)?;
+            warn_of_tear(path, &table);
             Ok(table.points)
         }
+    }
+}
+
+/// Says so where a table breaks off.
+fn warn_of_tear(path: &Path, table: &SweepTable) {
+    if table.torn {
+        report::print_warning(&format!(
+            "`{}` breaks off after {} whole points: what follows is lost",
+            path.display(),
+            table.points.len()
+        ));
     }
 }
 
@@ -349,6 +387,13 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     }
     for Over { name, values } in &args.over {
         axes.push(Axis::new(Parameter::named(name)?, values.values()));
+    }
+    if scene.joint().is_err()
+        && axes
+            .iter()
+            .all(|axis| axis.parameter() == Parameter::tilt())
+    {
+        return Err(CliError::NoTilt { scene: scene.name });
     }
     if axes.is_empty() {
         let [from, to, step] = TILTS;
@@ -378,11 +423,28 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
             SweepStart::All => Start::ALL.to_vec(),
         },
     };
-    // What is out of range at an end is told now, not at the end of the sweep.
+    // What cannot be is told now, not at the end of the sweep.
+    for axis in &plan.axes {
+        for value in axis.values() {
+            plan.scene.with_values(&[(axis.parameter(), *value)])?;
+        }
+    }
     for index in [0, plan.len() - 1] {
         plan.scene_at(&plan.place(index))?;
     }
+    check_times(&args.response)?;
     Ok(plan)
+}
+
+/// Refuses a shortest time beyond the longest.
+pub(super) fn check_times(args: &ResponseArgs) -> Result<(), CliError> {
+    match args.least <= args.most {
+        true => Ok(()),
+        false => Err(CliError::Times {
+            least: args.least,
+            most: args.most,
+        }),
+    }
 }
 
 /// How responses are taken.

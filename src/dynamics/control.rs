@@ -20,8 +20,8 @@
 //! A proportional-integral controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
 //! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed.,
 //! Section II.4 and their code DOPRI5): after a step with error ratio `e` following one with ratio
-//! `e'`, the step is multiplied by `0.9 e^-0.17 e'^0.04`, within 0.2 and 5. A step is kept as it is
-//! when the change would be small, since the exponential methods then keep their tables.
+//! `e'`, the step is multiplied by `0.9 e^-a e'^b`, within 0.2 and 5, where `a = 0.17` and `b = 0.04`
+//! for pairs of order 5(4) ([`Gain`]). A step is kept as it is when the change would be small, since the exponential methods then keep their tables.
 
 use super::DynamicsError;
 
@@ -66,6 +66,29 @@ impl Accuracy {
     }
 }
 
+/// What the choice of the step and the search for events have to know of a method.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rule {
+    /// How the step follows the error.
+    pub gain: Gain,
+    /// Parts of a step that are each searched for events by five looks at the dense output: one for a
+    /// dense output of order 4, which five values determine, and more for a higher one.
+    pub pieces: usize,
+    /// Whether a step may shrink something by orders of magnitude.
+    pub is_stiff: bool,
+}
+
+/// How the step follows the error.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    /// Exponent of the error of a step accepted.
+    pub error: f64,
+    /// Exponent of the error of the step before it.
+    pub previous: f64,
+    /// Exponent of the error of a step rejected.
+    pub rejection: f64,
+}
+
 /// Sizes of the two parts of a state, or of an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Size {
@@ -92,6 +115,23 @@ impl Size {
         Self {
             vibration: self.vibration.max(other.vibration),
             first_order: self.first_order.max(other.first_order),
+        }
+    }
+
+    /// An estimate that falls faster than this one with the step, from this and a coarser one:
+    /// `e^2 / sqrt(e^2 + (f / 10)^2)`, as in DOP853.
+    pub fn sharpened(self, coarse: Self) -> Self {
+        let sharpen = |error: f64, coarse: f64| {
+            let scale = error.hypot(0.1 * coarse);
+            if scale == 0.0 {
+                0.0
+            } else {
+                error * (error / scale)
+            }
+        };
+        Self {
+            vibration: sharpen(self.vibration, coarse.vibration),
+            first_order: sharpen(self.first_order, coarse.first_order),
         }
     }
 
@@ -213,9 +253,9 @@ impl Controller {
     }
 
     /// Takes note of a step of full length that passed.
-    pub fn accept(&mut self, ratio: f64) {
-        let mut factor =
-            (0.9 * ratio.powf(-0.17) * self.previous.powf(0.04)).clamp(Self::SHRINK, Self::GROW);
+    pub fn accept(&mut self, ratio: f64, gain: Gain) {
+        let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
+            .clamp(Self::SHRINK, Self::GROW);
         if self.rejected {
             factor = factor.min(1.0);
         }
@@ -229,8 +269,8 @@ impl Controller {
 
     /// Shortens the step after one of length `h` (s) that failed; the ratio may be infinite or not
     /// a number.
-    pub fn reject(&mut self, h: f64, ratio: f64) {
-        let factor = 0.9 * ratio.powf(-0.2);
+    pub fn reject(&mut self, h: f64, ratio: f64, gain: Gain) {
+        let factor = 0.9 * ratio.powf(-gain.rejection);
         self.step = h * if factor > Self::SHRINK {
             factor
         } else {

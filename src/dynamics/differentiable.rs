@@ -48,4 +48,12 @@ pub trait Differentiable: System {
         width: usize,
         out: &mut [f64],
     );
+
+    /// How `[f | g]` changes by itself at a fixed state, `d[f | g]/dt` (length
+    /// `tangent_dim - modes`), under a status where one is given. Implicit methods need it. Zero by
+    /// default: a system whose law changes with time ([`System::is_autonomous`]) has to give it,
+    /// else those methods lose their order.
+    fn time_derivative(&self, _status: Option<&[u8]>, _t: f64, _z: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
 }

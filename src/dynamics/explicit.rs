@@ -5,7 +5,7 @@
 //! resolve the fastest natural frequency, whether or not that mode is being forced.
 
 use super::System;
-use super::stepper::Picture;
+use super::runge_kutta::Picture;
 use super::system::add_linear;
 
 /// The state is its own coordinate.

@@ -24,7 +24,7 @@
 //! The last slope of a step is kept before it is turned into `y'`; as each step's coordinates are
 //! anchored at its own start, it is at once the first slope of the next step.
 
-use super::stepper::Picture;
+use super::runge_kutta::Picture;
 use super::{System, trigonometry};
 
 /// The backward map `exp(-h L)` amplifies by `exp(sigma h)`; this bound on the exponent keeps it
@@ -233,22 +233,6 @@ impl Interaction {
             angles: zeros,
         }
     }
-
-    /// Takes over the linear part of a changed system with as many modes.
-    pub fn reread<Y: System + ?Sized>(&mut self, sys: &Y) {
-        self.spectrum.read(sys);
-        self.h = f64::NAN;
-    }
-
-    /// The longest step that keeps the backward map from overflowing, s.
-    pub fn longest_step(&self) -> f64 {
-        let fastest = self
-            .spectrum
-            .decay
-            .iter()
-            .fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
-        LARGEST_EXPONENT / fastest
-    }
 }
 
 impl Picture for Interaction {
@@ -285,5 +269,19 @@ impl Picture for Interaction {
     fn push_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
         self.sample.set(&self.spectrum, offset, &mut self.angles);
         self.sample.forward_any(y, width);
+    }
+
+    fn reread<Y: System + ?Sized>(&mut self, sys: &Y) {
+        self.spectrum.read(sys);
+        self.h = f64::NAN;
+    }
+
+    fn longest_step(&self) -> f64 {
+        let fastest = self
+            .spectrum
+            .decay
+            .iter()
+            .fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
+        LARGEST_EXPONENT / fastest
     }
 }

@@ -3,25 +3,39 @@
 //! A [`System`] says what its natural frequencies are and what force acts on its modes; an
 //! [`Integrator`] turns that into states at any times asked for, whatever its own steps.
 //!
-//! Every method here is an explicit Runge–Kutta method, made of two independent choices:
+//! Explicit Runge–Kutta methods are made of two independent choices:
 //!
-//! * a *tableau*: the pair of Tsitouras, order 5(4), or the classical method of order 4;
+//! * a *tableau*: the pair of Tsitouras, order 5(4), that of Dormand and Prince, order 8(5, 3), or the
+//!   classical method of order 4;
 //! * a *picture*: the coordinates to which the tableau is applied. In the direct picture it is the
 //!   state itself. In the interaction picture the known free vibration is taken out first, so that
 //!   the step is limited by how fast the *force* changes what the free vibration would have done.
 //!
-//! | [`Method`] | tableau | picture | step | order | dense output |
-//! |---|---|---|---|---|---|
-//! | [`Method::Lawson54`] (default) | Tsitouras 5(4) | interaction | adaptive | 5 | 4 |
-//! | [`Method::Tsit54`] | Tsitouras 5(4) | direct | adaptive | 5 | 4 |
-//! | [`Method::Rk4`] | classical | direct | fixed | 4 | 4 in value (cubic Hermite) |
+//! Where the law makes the system stiff, as slip does that comes to rest, a linearly implicit method
+//! takes steps that the explicit ones cannot. It needs the derivative of the force
+//! ([`System::differentiable`]).
+//!
+//! | [`Method`] | made of | step | order | dense output |
+//! |---|---|---|---|---|
+//! | [`Method::Lawson54`] (default) | Tsitouras 5(4), interaction | adaptive | 5 | 4 |
+//! | [`Method::Lawson853`] | Dormand and Prince 8(5, 3), interaction | adaptive | 8 | 7, by three more calls |
+//! | [`Method::Tsit54`] | Tsitouras 5(4), direct | adaptive | 5 | 4 |
+//! | [`Method::Dop853`] | Dormand and Prince 8(5, 3), direct | adaptive | 8 | 7, by three more calls |
+//! | [`Method::Rodas5p`] | linearly implicit, Steinebach | adaptive | 5 | 4 |
+//! | [`Method::Auto`] | the first, and the last while it is stiff | adaptive | 5 | 4 |
+//! | [`Method::Rk4`] | classical, direct | fixed | 4 | 4 in value (cubic Hermite) |
+//!
+//! Time goes forward. All methods stop at events, take tangent vectors along and lead a neighbour; beside
+//! implicit steps the vectors follow the flow and not the steps, and strongly negative exponents come out
+//! nearer to zero than they are.
 //!
 //! Orders are those of the global error on a smooth problem. Contact forces have kinks, impacts and
 //! dry friction have jumps. There are two ways through them:
 //!
 //! * *Evaluate-through*, without further ado: the law is taken anew at each stage. The methods step
 //!   over the kinks, and the error estimate shortens the steps where a kink matters. The order is lost,
-//!   which costs little at relative errors above about 1e-6.
+//!   which costs little at relative errors above about 1e-6. The steps of order 8 are so long that they
+//!   may go over a contact shorter than the distance of their stages, unseen.
 //! * *Exact* ([`Integrator::with_events`], for a system with [`Switching`]): the law is held while a
 //!   step lasts, and the step ends where a guard falls through zero. Kinks and jumps then cost no
 //!   order. The fall is found on the dense output; an event costs one call of the force, and what
@@ -57,8 +71,8 @@
 //! # Ok::<(), squeakscope::dynamics::DynamicsError>(())
 //! ```
 
+mod auto;
 mod control;
-mod dense;
 mod differentiable;
 mod error;
 mod events;
@@ -67,6 +81,8 @@ mod exponential;
 mod integrator;
 mod lyapunov;
 mod pace;
+mod rosenbrock;
+mod runge_kutta;
 mod stepper;
 mod switching;
 mod system;

@@ -1,7 +1,7 @@
 //! Taking steps: try, judge, accept or shorten.
 
 use super::control::{Control, Size};
-use super::stepper::{Picture, Stepper};
+use super::stepper::Stepper;
 use super::{DynamicsError, System, Tally};
 
 /// A step may be stretched by this much to end where it must, rather than leave a sliver.
@@ -22,46 +22,45 @@ pub(super) struct Pace {
 
 impl Pace {
     /// Evaluates the system afresh at the stepper's present state, where the next step starts.
-    pub fn refresh<Y, P, const S: usize>(
+    pub fn refresh<Y, M>(
         &mut self,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         sys: &Y,
         status: Option<&[u8]>,
     ) -> Result<(), DynamicsError>
     where
         Y: System + ?Sized,
-        P: Picture,
+        M: Stepper,
     {
-        stepper.refresh(sys, status);
-        self.tally.calls += 1;
-        let size = Size::of(&stepper.end, &self.omega);
+        stepper.refresh(sys, status, &mut self.tally);
+        let size = Size::of(&stepper.step().end, &self.omega);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
-            return Err(non_finite(stepper, stepper.end_time));
+            return Err(non_finite(stepper, stepper.step().end_time));
         }
         self.remember(size);
         Ok(())
     }
 
     /// The size of the slope at the stepper's present state.
-    pub fn rate<P: Picture, const S: usize>(&self, stepper: &Stepper<P, S>) -> Size {
-        Size::of(&stepper.end_slope, &self.omega)
+    pub fn rate<M: Stepper>(&self, stepper: &M) -> Size {
+        Size::of(&stepper.step().end_slope, &self.omega)
     }
 
     /// Takes one step from the stepper's present state, which ends at `limit` (s) if it would go
     /// past it. A status given is held.
-    pub fn step<Y, P, const S: usize>(
+    pub fn step<Y, M>(
         &mut self,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         sys: &Y,
         status: Option<&[u8]>,
         limit: f64,
     ) -> Result<(), DynamicsError>
     where
         Y: System + ?Sized,
-        P: Picture,
+        M: Stepper,
     {
-        stepper.follow();
-        let start = stepper.start_time;
+        stepper.follow(sys, status, &mut self.tally);
+        let (start, gain) = (stepper.step().start_time, stepper.rule().gain);
         let start_size = self.size;
         loop {
             let wanted = self.control.step();
@@ -79,11 +78,10 @@ impl Pace {
             if !landing {
                 self.control.realise(end - start);
             }
-            stepper.attempt(sys, status, end);
-            self.tally.calls += S as u64 - 1;
+            stepper.attempt(sys, status, end, &mut self.tally);
 
-            let size = Size::of(&stepper.end, &self.omega);
-            let error = Size::of(&stepper.error, &self.omega);
+            let size = Size::of(&stepper.step().end, &self.omega);
+            let error = stepper.error(&self.omega);
             let finite = size.is_finite() && error.is_finite() && self.rate(stepper).is_finite();
             let ratio = match &self.control {
                 _ if !finite => f64::INFINITY,
@@ -92,7 +90,7 @@ impl Pace {
             };
             if ratio <= 1.0 {
                 if let (Control::Adaptive(controller), false) = (&mut self.control, landing) {
-                    controller.accept(ratio);
+                    controller.accept(ratio, gain);
                 }
                 self.tally.steps += 1;
                 self.remember(size);
@@ -103,7 +101,7 @@ impl Pace {
             let shorter = match &mut self.control {
                 Control::Fixed(_) => None,
                 Control::Adaptive(controller) => {
-                    controller.reject(end - start, ratio);
+                    controller.reject(end - start, ratio, gain);
                     Some(controller.step).filter(|&step| step >= controller.shortest(start))
                 }
             };
@@ -124,14 +122,14 @@ impl Pace {
     }
 
     /// Takes the stepper's last step back.
-    pub fn rewind<P: Picture, const S: usize>(&mut self, stepper: &mut Stepper<P, S>) {
+    pub fn rewind<M: Stepper>(&mut self, stepper: &mut M) {
         stepper.rewind();
         self.resize(stepper);
     }
 
     /// Takes note of the size of the stepper's present state, which is no longer that of the step.
-    pub fn resize<P: Picture, const S: usize>(&mut self, stepper: &Stepper<P, S>) {
-        self.remember(Size::of(&stepper.end, &self.omega));
+    pub fn resize<M: Stepper>(&mut self, stepper: &M) {
+        self.remember(Size::of(&stepper.step().end, &self.omega));
     }
 
     /// Takes note of the size of an accepted state.
@@ -144,16 +142,17 @@ impl Pace {
 }
 
 /// The error for a step that failed on a number that is not finite.
-fn non_finite<P, const S: usize>(stepper: &Stepper<P, S>, last_good_time: f64) -> DynamicsError {
+fn non_finite<M: Stepper>(stepper: &M, last_good_time: f64) -> DynamicsError {
+    let step = stepper.step();
     let worst = |values: &[f64]| values.iter().position(|x| !x.is_finite());
-    let component = worst(&stepper.end)
-        .or_else(|| worst(&stepper.end_slope))
-        .or_else(|| worst(&stepper.error))
+    let component = worst(&step.end)
+        .or_else(|| worst(&step.end_slope))
+        .or_else(|| worst(&step.error))
         // All finite, but too large to be added up.
-        .or_else(|| stepper.end.iter().position(|x| x.abs() > 1e-4 * f64::MAX))
+        .or_else(|| step.end.iter().position(|x| x.abs() > 1e-4 * f64::MAX))
         .unwrap_or(0);
     DynamicsError::NonFinite {
-        time: stepper.end_time,
+        time: step.end_time,
         last_good_time,
         component,
     }

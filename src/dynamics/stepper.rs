@@ -1,42 +1,12 @@
-//! The workspace of a Runge–Kutta method and its step.
-//!
-//! The step is written once, for any [`Tableau`] and any [`Picture`]; nothing is allocated after
-//! [`Stepper::new`].
+//! One step of any method, and what the others have to know of a method.
 
-use super::tableau::Tableau;
-use super::{Differentiable, Switching, System};
+use super::control::{Rule, Size};
+use super::tangents::Bundle;
+use super::{Differentiable, Switching, System, Tally};
 
-/// The coordinates `y` to which a Runge–Kutta method is applied, anchored at the step's start:
-/// there `y` and the state `z` are the same.
-///
-/// What applies to a state applies to tangent vectors, too, since a picture is linear: `width` of
-/// them side by side, component after component. A width of 1 is a state.
-pub(super) trait Picture {
-    /// Completes a slope `[. | f | g]` at `z` by the part that this picture leaves to the method;
-    /// components that it takes exactly become zero.
-    fn complete<Y: System + ?Sized>(&self, sys: &Y, z: &[f64], slope: &mut [f64], width: usize);
-
-    /// Makes ready for a step of length `h` (s) with stages at the fractions `nodes` of it.
-    fn prepare(&mut self, nodes: &[f64], h: f64);
-
-    /// Turns a slope of `z` at a stage into the slope of `y`, in place.
-    fn pull(&self, stage: usize, slope: &mut [f64], width: usize);
-
-    /// Turns `y` into the state `z` at a stage, in place.
-    fn push(&self, stage: usize, y: &mut [f64], width: usize);
-
-    /// Turns `y` into the state `z` at `offset` (s) after the step's start, in place.
-    fn push_by(&mut self, offset: f64, y: &mut [f64], width: usize);
-}
-
-/// One method at work: its last step, from `start` to `end`, with all that a sample in between
-/// needs.
+/// The last step: its two ends.
 #[derive(Clone, Debug)]
-pub(super) struct Stepper<P, const S: usize> {
-    /// The method's coefficients.
-    pub tableau: &'static Tableau<S>,
-    /// The method's coordinates.
-    pub picture: P,
+pub(super) struct Step {
     /// Start of the last step, s.
     pub start_time: f64,
     /// State at the start of the last step.
@@ -44,26 +14,20 @@ pub(super) struct Stepper<P, const S: usize> {
     /// End of the last step, s.
     pub end_time: f64,
     /// Where the last step ended before it was cut at an event, s.
-    reach_time: f64,
+    pub reach_time: f64,
     /// State at the end of the last step.
     pub end: Vec<f64>,
-    /// Slope of the state at the end of the last step.
+    /// Slope of the state at the end of the last step, without what the method takes exactly.
     pub end_slope: Vec<f64>,
     /// Estimated error of `end`; zero without an embedded method.
     pub error: Vec<f64>,
-    /// Slopes of `y` at the stages, `stages x dim`, row-major.
-    pub slopes: Vec<f64>,
-    /// A record a stage, where tangent vectors follow the steps; else none.
-    pub records: Vec<Vec<f64>>,
 }
 
-impl<P: Picture, const S: usize> Stepper<P, S> {
-    /// A workspace for states of length `dim`.
-    pub fn new(tableau: &'static Tableau<S>, picture: P, dim: usize) -> Self {
+impl Step {
+    /// Ends for states of length `dim`.
+    pub fn new(dim: usize) -> Self {
         let zeros = vec![0.0; dim];
         Self {
-            tableau,
-            picture,
             start_time: 0.0,
             start: zeros.clone(),
             end_time: 0.0,
@@ -71,14 +35,7 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
             end: zeros.clone(),
             end_slope: zeros.clone(),
             error: zeros,
-            slopes: vec![0.0; S * dim],
-            records: Vec::new(),
         }
-    }
-
-    /// Keeps records of so many numbers at the stages from now on.
-    pub fn record(&mut self, len: usize) {
-        self.records = vec![vec![0.0; len]; S];
     }
 
     /// The length of the state.
@@ -86,7 +43,7 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
         self.start.len()
     }
 
-    /// The length of the step that the stages belong to, s.
+    /// The length of the step before it was cut, s.
     pub fn length(&self) -> f64 {
         self.reach_time - self.start_time
     }
@@ -96,129 +53,118 @@ impl<P: Picture, const S: usize> Stepper<P, S> {
         self.end_time < self.reach_time
     }
 
-    /// Evaluates the system afresh at the present state, and forgets the step that led to it.
-    pub fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
-        self.slope(sys, status, S - 1, self.end_time);
-        let dim = self.dim();
-        self.end_slope
-            .copy_from_slice(&self.slopes[(S - 1) * dim..]);
-        self.reach_time = self.end_time;
-        // The record stays at the end, where the next step takes it from.
-        self.anchor();
-    }
-
-    /// Lets the next step start where the last one ended.
-    pub fn follow(&mut self) {
-        self.anchor();
-        self.hand_over_record();
-    }
-
     /// Puts the start of the step at its end.
-    fn anchor(&mut self) {
-        let dim = self.dim();
+    pub fn anchor(&mut self) {
         self.start_time = self.end_time;
         self.start.copy_from_slice(&self.end);
-        self.slopes[..dim].copy_from_slice(&self.end_slope);
     }
 
-    /// Takes the last step back.
-    pub fn rewind(&mut self) {
-        let dim = self.dim();
+    /// Puts the end of the step at its start.
+    pub fn undo(&mut self) {
         self.end_time = self.start_time;
         self.reach_time = self.start_time;
         self.end.copy_from_slice(&self.start);
-        self.end_slope.copy_from_slice(&self.slopes[..dim]);
-        self.hand_over_record();
     }
 
-    /// Exchanges the records at the step's two ends.
-    fn hand_over_record(&mut self) {
-        if !self.records.is_empty() {
-            self.records.swap(0, S - 1);
+    /// The state at time `t` (s) where it is that of an end.
+    pub fn at_end(&self, t: f64) -> Option<&[f64]> {
+        match t {
+            _ if t == self.end_time => Some(&self.end),
+            _ if t == self.start_time => Some(&self.start),
+            _ => None,
         }
     }
+}
 
-    /// Tries the step from `start_time` to `end_time`. It overwrites any step tried from there
-    /// before, so that a rejected step needs no undoing. Costs `S - 1` calls.
-    pub fn attempt<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, end_time: f64) {
-        let dim = self.dim();
-        self.end_time = end_time;
-        self.reach_time = end_time;
-        let h = self.length();
-        self.picture.prepare(&self.tableau.nodes, h);
-        for stage in 1..S {
-            self.end.copy_from_slice(&self.start);
-            accumulate(
-                &mut self.end,
-                h,
-                &self.slopes,
-                &self.tableau.stages[stage][..stage],
-            );
-            self.picture.push(stage, &mut self.end, 1);
-            let time = self.start_time + self.tableau.nodes[stage] * h;
-            if let (true, Some(status)) = (stage == S - 1, status) {
-                switching(sys).settle(status, end_time, &mut self.end);
-            }
-            self.slope(sys, status, stage, time);
-            let slope = &mut self.slopes[stage * dim..][..dim];
-            if stage == S - 1 {
-                self.end_slope.copy_from_slice(slope);
-            }
-            self.picture.pull(stage, slope, 1);
-        }
-        self.error.fill(0.0);
-        accumulate(&mut self.error, h, &self.slopes, &self.tableau.error);
-        self.picture.push(S - 1, &mut self.error, 1);
+/// One method at work. Its workspace is made once; nothing is allocated by a step.
+///
+/// Work that it does is counted in the tally given.
+pub(super) trait Stepper {
+    /// The last step.
+    fn step(&self) -> &Step;
+
+    /// The last step, to be changed.
+    fn step_mut(&mut self) -> &mut Step;
+
+    /// What is to be known of the method.
+    fn rule(&self) -> &'static Rule;
+
+    /// Takes over the linear part of a changed system with as many modes.
+    fn reread<Y: System + ?Sized>(&mut self, _sys: &Y) {}
+
+    /// The longest step that the linear part allows, s.
+    fn longest_step(&self) -> f64 {
+        f64::INFINITY
     }
 
-    /// Writes the slope of the state `end` at `time` (s) as that of a stage, not yet pulled.
-    fn slope<Y: System + ?Sized>(
+    /// Evaluates the system afresh at the present state, and forgets the step that led to it.
+    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+
+    /// Lets the next step start where the last one ended.
+    fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+
+    /// Takes the last step back.
+    fn rewind(&mut self);
+
+    /// Tries the step from its start to `end_time`. It overwrites any step tried from there before,
+    /// so that a rejected step needs no undoing.
+    fn attempt<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        stage: usize,
-        time: f64,
-    ) {
-        let dim = self.dim();
-        let slope = &mut self.slopes[stage * dim..][..dim];
-        let force = &mut slope[sys.modes()..];
-        match (self.records.get_mut(stage), status) {
-            (None, None) => sys.force(time, &self.end, force),
-            (None, Some(status)) => switching(sys).force_in(status, time, &self.end, force),
-            (Some(record), status) => {
-                differentiable(sys).force_recorded(status, time, &self.end, force, record);
-            }
+        end_time: f64,
+        tally: &mut Tally,
+    );
+
+    /// The size of the error of the step tried.
+    fn error(&self, omega: &[f64]) -> Size;
+
+    /// Makes ready for states between the ends of the step.
+    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+
+    /// Writes the state at time `t` (s) within the last step, made ready for it.
+    fn interpolate(&mut self, t: f64, out: &mut [f64]);
+
+    /// Ends the last step at time `t` (s) within it, at the state of the dense output there.
+    fn cut(&mut self, t: f64) {
+        // An event at the very end cuts nothing.
+        if t == self.step().end_time {
+            return;
         }
-        self.picture.complete(sys, &self.end, slope, 1);
+        let mut end = std::mem::take(&mut self.step_mut().end);
+        self.interpolate(t, &mut end);
+        self.step_mut().end = end;
+        self.step_mut().end_time = t;
     }
+
+    /// Makes ready for tangent vectors of the system to follow the steps; returns how many slopes each
+    /// of them needs.
+    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
+
+    /// Gives up following tangent vectors.
+    fn forget_records(&mut self);
+
+    /// Takes tangent vectors from the start of the step to where it ends or was cut.
+    fn carry<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        bundle: &mut Bundle,
+        tally: &mut Tally,
+    );
 }
 
-/// Adds `h sum_j weights[j] slopes[j]` to `y`.
-pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    // The number of terms as a constant lets the compiler keep each component's sum in a register.
-    match weights.len() {
-        1 => accumulate_terms::<1>(y, h, slopes, weights),
-        2 => accumulate_terms::<2>(y, h, slopes, weights),
-        3 => accumulate_terms::<3>(y, h, slopes, weights),
-        4 => accumulate_terms::<4>(y, h, slopes, weights),
-        5 => accumulate_terms::<5>(y, h, slopes, weights),
-        6 => accumulate_terms::<6>(y, h, slopes, weights),
-        7 => accumulate_terms::<7>(y, h, slopes, weights),
-        terms => unreachable!("no tableau has {terms} terms"),
-    }
-}
-
-/// [`accumulate`] with `N` terms.
-fn accumulate_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    let dim = y.len();
-    let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
-    let slopes: [&[f64]; N] = std::array::from_fn(|j| &slopes[j * dim..][..dim]);
-    for (i, y) in y.iter_mut().enumerate() {
-        let mut sum = weights[0] * slopes[0][i];
-        for j in 1..N {
-            sum += weights[j] * slopes[j][i];
-        }
-        *y += h * sum;
+/// Writes `[f | g]` of a system, under a status where one is held.
+pub(super) fn force<Y: System + ?Sized>(
+    sys: &Y,
+    status: Option<&[u8]>,
+    t: f64,
+    z: &[f64],
+    out: &mut [f64],
+) {
+    match status {
+        None => sys.force(t, z, out),
+        Some(status) => switching(sys).force_in(status, t, z, out),
     }
 }
 

@@ -9,6 +9,10 @@ pub struct Tally {
     pub rejections: u64,
     /// Calls of the right-hand side (or of the nonlinear force, for exponential methods).
     pub calls: u64,
+    /// Jacobians of the force taken, by implicit methods.
+    pub jacobians: u64,
+    /// Changes between explicit and implicit steps, where the method switches by itself.
+    pub switches: u64,
     /// Guards crossed, each by itself, where events are located.
     pub crossings: u64,
     /// Instants at which guards were crossed: several at once count once.

@@ -1,6 +1,7 @@
 //! The figure of coexisting attractors: how many kicks lead to each, and what each looks like.
 
 use super::panel::{Axis, Bar, Mark, Panel};
+use super::style::FAINT;
 use super::sweep::color_of;
 use super::{Figure, FigureError};
 use crate::study::basins::Attractor;
@@ -25,9 +26,30 @@ pub fn basins_figure(
         words: words(attractor),
         color: color_of(attractor.regime),
     });
-    let bars: Vec<Bar> = bars.collect();
+    let mut bars: Vec<Bar> = bars.collect();
+    let others: usize = attractors[shown.len()..]
+        .iter()
+        .map(|a| a.members.len())
+        .sum();
+    let told: usize = attractors.iter().map(|a| a.members.len()).sum();
+    let rest = [
+        (others, "other attractors"),
+        (points.len() - told, "undecided"),
+    ];
+    for (count, words) in rest.into_iter().filter(|(count, _)| *count > 0) {
+        let share = 100.0 * count as f64 / points.len() as f64;
+        bars.push(Bar {
+            value: share,
+            words: format!("{share:.0} % {words}"),
+            color: FAINT,
+        });
+    }
+    let kicks = match points.len() {
+        1 => "one kick".to_owned(),
+        count => format!("{count} kicks"),
+    };
     let shares = Panel {
-        title: format!("shares of {} kicks", points.len()),
+        title: format!("shares of {kicks}"),
         x: Axis::linear("share, %", [0.0, 100.0]),
         y: Axis::linear("", [0.0, bars.len().max(1) as f64]),
         marks: vec![Mark::Bars { bars }],
@@ -70,7 +92,10 @@ fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
             .collect()
     });
     Panel {
-        title: format!("{}", attractor.regime),
+        title: match attractor.frequency {
+            Some(hz) => format!("{}, {:.3} kHz", attractor.regime, 1e-3 * hz),
+            None => attractor.regime.to_string(),
+        },
         x: Axis::around("displacement, µm", trail.iter().map(|p| p[0])),
         y: Axis::around("velocity, mm/s", trail.iter().map(|p| p[1])),
         marks: vec![Mark::Line {

@@ -7,7 +7,7 @@ use super::{Figure, FigureError};
 use crate::analysis::{Regime, range};
 use crate::dynamics::{Exponent, Sign};
 use crate::study::response::Response;
-use crate::study::sweep::{Start, SweepPlan, SweepPoint};
+use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};
 
 /// Colours of the largest exponents, in turn.
 const EXPONENTS: [Rgb; 3] = [VERMILION, BLUE, GREEN];
@@ -60,10 +60,16 @@ pub fn bifurcation(
     start: Start,
 ) -> Result<Figure, FigureError> {
     let title = format!(
-        "Fig. 11 — bifurcation diagram and Lyapunov exponents, {}",
+        "Fig. 11 — Lyapunov exponents and bifurcation diagram, {}",
         words(start)
     );
-    diagram(plan, &found(points, start), "figure-11".to_owned(), &title)
+    let (x, found) = (along(&plan.axes[0]), found(points, start));
+    let mut rows = [exponents(&x, &found), maxima(&x, &found), lines(&x, &found)];
+    for (panel, letter) in rows.iter_mut().zip(["a", "b", "c"]) {
+        panel.title = format!("{letter}  {}", panel.title);
+    }
+    let rows = rows.map(|panel| vec![panel]);
+    Figure::new("figure-11", &title, [1000, 870], &rows)
 }
 
 /// The responses that were started in one way.
@@ -93,19 +99,23 @@ fn words(start: Start) -> &'static str {
     }
 }
 
+/// The axis of a parameter, with half a step to either side.
+fn along(axis: &sweep::Axis) -> Axis {
+    let [low, high] = range(axis.values().iter().copied());
+    let half = match axis.values().len() {
+        0 | 1 => 0.5,
+        count => 0.5 * (high - low) / (count - 1) as f64,
+    };
+    Axis::linear(axis.label(), [low - half, high + half])
+}
+
 fn diagram(
     plan: &SweepPlan,
     found: &[Found<'_>],
     name: String,
     title: &str,
 ) -> Result<Figure, FigureError> {
-    let axis = &plan.axes[0];
-    let [low, high] = range(axis.values().iter().copied());
-    let half = match axis.values().len() {
-        0 | 1 => 0.5,
-        count => 0.5 * (high - low) / (count - 1) as f64,
-    };
-    let x = Axis::linear(axis.label(), [low - half, high + half]);
+    let x = along(&plan.axes[0]);
     let mut rows = vec![vec![maxima(&x, found)]];
     if found.iter().any(|point| point.response.exponents.is_some()) {
         rows.push(vec![exponents(&x, found)]);
@@ -124,23 +134,27 @@ fn name(kind: &str, start: Start) -> String {
 fn maxima(x: &Axis, found: &[Found<'_>]) -> Panel {
     let mut marks = Vec::new();
     for regime in Regime::ALL {
-        let of_regime = found.iter().filter(|point| point.response.regime == regime);
-        let points: Vec<[f64; 2]> = of_regime
-            .flat_map(|point| {
+        let of_regime = || found.iter().filter(|point| point.response.regime == regime);
+        let mut label = regime.to_string();
+        // A tone has but a few points, which are drawn to be seen.
+        for (few, radius) in [(false, 0.8), (true, 2.2)] {
+            let columns = of_regime().filter(|point| has_few(&point.response.maxima) == few);
+            let points = columns.flat_map(|point| {
                 let maxima = point.response.maxima.iter();
                 // A joint that rests has one point, at zero.
                 let rests = point.response.maxima.is_empty().then_some(&0.0);
                 let tops = maxima.chain(rests);
                 tops.map(|top| [point.values[0], 1e6 * top])
-            })
-            .collect();
-        if !points.is_empty() {
-            marks.push(Mark::Dots {
-                points,
-                radius: 0.8,
-                color: color_of(regime),
-                label: regime.to_string(),
             });
+            let points: Vec<[f64; 2]> = points.collect();
+            if !points.is_empty() {
+                marks.push(Mark::Dots {
+                    points,
+                    radius,
+                    color: color_of(regime),
+                    label: std::mem::take(&mut label),
+                });
+            }
         }
     }
     let all = found.iter().flat_map(|point| &point.response.maxima);
@@ -156,10 +170,30 @@ fn maxima(x: &Axis, found: &[Found<'_>]) -> Panel {
     }
 }
 
+/// Whether maxima are hardly more than a handful of values.
+fn has_few(maxima: &[f64]) -> bool {
+    const FEW: usize = 6;
+    let [low, high] = range(maxima.iter().copied());
+    let size = high.abs().max(low.abs());
+    let mut sorted = maxima.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let steps = sorted
+        .windows(2)
+        .filter(|pair| pair[1] - pair[0] > 0.01 * size);
+    steps.count() < FEW && {
+        let spread: f64 = sorted
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).min(0.01 * size))
+            .sum();
+        spread < 0.05 * size
+    }
+}
+
 fn exponents(x: &Axis, found: &[Found<'_>]) -> Panel {
     let mut marks = vec![Mark::Level { y: 0.0 }];
     let mut shown: Vec<Exponent> = Vec::new();
-    for (k, color) in EXPONENTS.into_iter().enumerate() {
+    // The largest comes last and smallest: where all are zero, each is seen round the one before.
+    for (k, color) in EXPONENTS.into_iter().enumerate().rev() {
         let kth = found.iter().filter_map(|point| {
             let spectrum = point.response.exponents.as_ref()?;
             let exponent = spectrum.exponents.get(k)?;
@@ -167,7 +201,7 @@ fn exponents(x: &Axis, found: &[Found<'_>]) -> Panel {
         });
         let kth: Vec<(f64, Exponent, Sign)> = kth.collect();
         if kth.is_empty() {
-            break;
+            continue;
         }
         shown.extend(kth.iter().map(|(_, exponent, _)| *exponent));
         marks.push(Mark::Intervals {
@@ -179,7 +213,7 @@ fn exponents(x: &Axis, found: &[Found<'_>]) -> Panel {
         });
         marks.push(Mark::Dots {
             points: kth.iter().map(|(x, e, _)| [*x, e.value]).collect(),
-            radius: 2.6,
+            radius: 2.2 + 1.1 * k as f64,
             color,
             label: format!("λ{}", k + 1),
         });
@@ -302,6 +336,12 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, Fi
     };
     let values = found.iter().filter_map(|point| largest(point.response));
     let [_, most] = range(values.chain([1.0]));
+    let unsettled = found.iter().filter(|point| !point.response.settled);
+    let stars = unsettled.map(|point| Mark::Words {
+        at: [point.values[0], point.values[1]],
+        words: "*".to_owned(),
+    });
+    let stars: Vec<Mark> = stars.collect();
     let regimes = Regime::ALL
         .into_iter()
         .filter(|regime| found.iter().any(|point| point.response.regime == *regime));
@@ -313,9 +353,12 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, Fi
         label: regime.to_string(),
     });
     let mut rows = vec![vec![panel(
-        "kind of motion".to_owned(),
+        match stars.is_empty() {
+            true => "kind of motion".to_owned(),
+            false => "kind of motion (* not settled)".to_owned(),
+        },
         picture(&|response| color_of(response.regime)),
-        legend.collect(),
+        stars.iter().cloned().chain(legend).collect(),
     )]];
     if found.iter().any(|point| largest(point.response).is_some()) {
         rows.push(vec![panel(

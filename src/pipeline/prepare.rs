@@ -107,6 +107,10 @@ fn method(integrator: &scene::Integrator) -> Method {
     match integrator.method {
         scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
         scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
+        scene::Method::Lawson853 => Method::Lawson853 { accuracy, max_step },
+        scene::Method::Dop853 => Method::Dop853 { accuracy, max_step },
+        scene::Method::Rodas5p => Method::Rodas5p { accuracy, max_step },
+        scene::Method::Auto => Method::Auto { accuracy, max_step },
         scene::Method::Rk4 => Method::Rk4 { step: max_step },
     }
 }

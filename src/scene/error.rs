@@ -141,6 +141,14 @@ pub enum Fault {
         /// What the value must be.
         expected: String,
     },
+    /// A key that is no single number, where one is to be varied.
+    #[error(
+        "`{key}` is no single number; only numbers can be varied, `squeakscope scenes --keys` lists them"
+    )]
+    NotANumber {
+        /// Its dotted path.
+        key: String,
+    },
     /// A number outside its range, or not finite.
     #[error("`{key}` = {found} is out of range; it must be {expected}")]
     OutOfRange {

@@ -347,9 +347,11 @@ keys! {
         number(Kilohertz, Range::Closed(10.0, 2000.0));
     /// Samples that travel together from simulation to analysis.
     FRAME_SAMPLES: Count = "time.frame_samples", Default("256"), Count { min: 1, max: 65_536 };
-    /// Integrator: exponential pair of order 5(4), plain pair of order 5(4), or classical fixed-step Runge-Kutta.
+    /// Integrator: exponential pair of order 5(4) or 8(5, 3), the plain pairs `tsit54` and `dop853`, the linearly implicit `rodas5p`, `auto` for the first that turns implicit while nodes stick, or classical fixed-step Runge-Kutta.
     METHOD: Choice<Method> = "time.method", Default("\"lawson54\""),
-        Choice { options: &[("lawson54", Method::Lawson54), ("tsit54", Method::Tsit54), ("rk4", Method::Rk4)] };
+        Choice { options: &[("lawson54", Method::Lawson54), ("lawson853", Method::Lawson853),
+            ("tsit54", Method::Tsit54), ("dop853", Method::Dop853), ("rodas5p", Method::Rodas5p),
+            ("auto", Method::Auto), ("rk4", Method::Rk4)] };
     /// Relative tolerance of the adaptive integrators.
     TOLERANCE: Number = "time.tolerance", Default("1e-5"), number(One, Range::Closed(1e-13, 1e-2));
     /// Largest step of the adaptive integrators; the step of `rk4`, which has no default.

@@ -5,7 +5,7 @@ use std::fmt;
 use toml_edit::{DocumentMut, Item, Table, Value};
 
 use super::error::{Fault, Place, SceneError, nearest};
-use super::keys::{ALL, Entry, KNOT_TIME, TILT, TILT_KNOTS, split};
+use super::keys::{ALL, Entry, KNOT_TIME, ROTATION, TILT, TILT_KNOTS, split};
 use super::spec::Scene;
 
 /// A number of a scene file that can be given another value.
@@ -24,6 +24,16 @@ impl Parameter {
         let keys = || ALL.iter().copied().filter(|key| is_free(*key));
         if let Some(key) = keys().find(|key| key.path() == name) {
             return Ok(Self { key });
+        }
+        // A key of the file, but no number.
+        if ALL.iter().any(|key| key.path() == name) {
+            let fault = Fault::NotANumber {
+                key: name.to_owned(),
+            };
+            return Err(fault.at(Place {
+                file: "the parameter to vary".to_owned(),
+                line: None,
+            }));
         }
         let namesakes: Vec<_> = keys().filter(|key| split(key.path()).1 == name).collect();
         if let [key] = namesakes[..] {
@@ -65,10 +75,12 @@ impl Parameter {
     }
 }
 
-/// Whether a key is a number of its own, not one of a list of tables.
+/// Whether a key is a number of its own, not one of a list of tables; or the rotation, which is varied by
+/// its size.
 fn is_free(key: &dyn Entry) -> bool {
     let list = split(KNOT_TIME.path).0;
-    key.is_number() && split(key.path()).0 != list
+    let number = key.is_number() && split(key.path()).0 != list;
+    number || key.path() == ROTATION.path
 }
 
 impl PartialEq for Parameter {
@@ -85,14 +97,18 @@ impl fmt::Debug for Parameter {
 
 impl Scene {
     /// The same scene with other values of some parameters, each in the unit in which a scene file
-    /// states it. The scene's text says them, too. A tilt given takes the place of a schedule.
+    /// states it. The scene's text says them, too. A tilt given takes the place of a schedule; the value
+    /// of `rotation.rad_s` is the size of the rotation, whose axis stays.
     ///
     /// # Errors
     /// As [`Scene::parse`]: values out of range, and values that do not fit together.
     pub fn with_values(&self, values: &[(Parameter, f64)]) -> Result<Self, SceneError> {
         let values = values
             .iter()
-            .map(|&(parameter, value)| (parameter.path(), number(value)));
+            .map(|&(parameter, value)| match parameter.path() {
+                path if path == ROTATION.path => (path, self.rotation_of(value)),
+                path => (path, number(value)),
+            });
         self.with_entries(values)
     }
 
@@ -103,6 +119,14 @@ impl Scene {
     /// As [`Scene::parse`].
     pub fn with_words(&self, words: &[(&str, &str)]) -> Result<Self, SceneError> {
         self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
+    }
+
+    /// The scene's rotation with another size, rad/s.
+    fn rotation_of(&self, size: f64) -> Value {
+        let rotation = self.joint().map_or([0.0; 3], |joint| joint.spec.rotation);
+        let before = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let axis = rotation.map(|w| w / before.max(f64::MIN_POSITIVE));
+        Value::from_iter(axis.map(|w| size * w))
     }
 
     fn with_entries<'p>(
@@ -170,13 +194,27 @@ mod tests {
         assert_eq!(Parameter::tilt().unit(), "deg");
         assert_eq!(Parameter::named("tilt_deg").unwrap(), Parameter::tilt());
         // Several tables have a window.
-        for name in ["window_ms", "contact.stifness_factor", "contact.quadrature"] {
+        for name in ["window_ms", "contact.stifness_factor"] {
             let error = Parameter::named(name).unwrap_err().to_string();
             assert!(
                 error.contains("did you mean") || error.contains("nearest"),
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn the_rotation_is_varied_by_its_size() {
+        let rotation = Parameter::named("rotation.rad_s").unwrap();
+        let scene = Scene::load("torus-3deg").unwrap();
+        let slow = scene.with_values(&[(rotation, 0.5)]).unwrap();
+        let spun = slow.joint().unwrap().spec.rotation;
+        let size = spun.iter().map(|w| w * w).sum::<f64>().sqrt();
+        assert!((size - 0.5).abs() < 1e-15 && spun[0] > 0.3 && spun[2] == 0.0);
+        let word = Parameter::named("contact.stiffness")
+            .unwrap_err()
+            .to_string();
+        assert!(word.contains("no single number"), "{word}");
     }
 
     #[test]

@@ -83,6 +83,14 @@ pub enum Method {
     Lawson54,
     /// Plain embedded pair of order 5(4).
     Tsit54,
+    /// Exponential (Lawson) pair of order 8(5, 3).
+    Lawson853,
+    /// Plain embedded pair of order 8(5, 3).
+    Dop853,
+    /// Linearly implicit method of order 5(4), with the analytic Jacobian.
+    Rodas5p,
+    /// The exponential pair of order 5(4), and the implicit method while the system is stiff.
+    Auto,
     /// Classical Runge-Kutta of order 4, fixed step.
     Rk4,
 }

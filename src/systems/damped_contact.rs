@@ -152,4 +152,8 @@ impl Differentiable for DampedContact {
             *out = self.contact(*x, *v);
         }
     }
+
+    fn time_derivative(&self, _status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
+        out[0] = -self.drive * self.drive_omega * (self.drive_omega * t).sin();
+    }
 }

@@ -216,4 +216,11 @@ impl Differentiable for ImpactOscillator {
             _ => out.fill(0.0),
         }
     }
+
+    fn time_derivative(&self, status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
+        out[0] = match status {
+            Some([Self::RESTING]) => 0.0,
+            _ => -self.drive * self.drive_omega * (self.drive_omega * t).sin(),
+        };
+    }
 }

@@ -83,7 +83,7 @@ fn integrate(joint: &Joint, start: &[f64], method: Method) -> Vec<f64> {
 }
 
 #[test]
-fn three_integrators_and_an_independent_one_agree() {
+fn the_integrators_and_an_independent_one_agree() {
     let (joint, start) = kicked();
     // The steps are short because nodes open and close: each kink costs the order, not the step.
     let exact = reference(&joint, &start, 16_000);
@@ -113,8 +113,16 @@ fn three_integrators_and_an_independent_one_agree() {
             &exact,
         )
     };
+    let rodas = |relative| {
+        let (accuracy, max_step) = adaptive(relative);
+        distance(
+            &joint,
+            &integrate(&joint, &start, Method::Rodas5p { accuracy, max_step }),
+            &exact,
+        )
+    };
     // Adaptive methods: the error follows the tolerance, down to 1e-8 and below.
-    for error in [&lawson as &dyn Fn(f64) -> f64, &tsit] {
+    for error in [&lawson as &dyn Fn(f64) -> f64, &tsit, &rodas] {
         let (loose, tight, tightest) = (error(1e-6), error(1e-8), error(1e-10));
         assert!(
             tight < 0.05 * loose && tightest < 0.05 * tight,
@@ -152,4 +160,49 @@ fn samples_do_not_depend_on_the_steps() {
         let off = distance(&joint, &z, landed.state());
         assert!(off < 1e-7, "{off:e} at {t}");
     }
+}
+
+/// With hardly any sliding the whole patch creeps at rest, and the joint is stiff.
+#[test]
+fn auto_turns_implicit_where_the_joint_sticks() {
+    let scene = Scene::load("torus-3deg").unwrap();
+    let tilted = scene.joint().unwrap();
+    let accuracy = Accuracy::relative(1e-5);
+    let max_step = 20e-6;
+    let run = |slowness: f64, method: Method| {
+        let mut spec = tilted.spec.clone();
+        spec.rotation
+            .iter_mut()
+            .for_each(|omega| *omega /= slowness);
+        let ball = BallJoint::new(&spec).unwrap();
+        let joint = ball.joint(tilted.tilt.at(0.0)).unwrap().with_audit();
+        let mut start = initial_state(&scene, joint.modes());
+        start.resize(joint.dim(), 0.0);
+        let mut integrator = Integrator::new(method, &joint).unwrap();
+        integrator.start(&joint, 0.0, &start).unwrap();
+        integrator.land(&joint, 10e-3).unwrap();
+        let state = integrator.state()[..2 * joint.modes()].to_vec();
+        (integrator.tally(), state, joint)
+    };
+    let lawson = Method::Lawson54 { accuracy, max_step };
+    let auto = Method::Auto { accuracy, max_step };
+    let (explicit, there, joint) = run(100.0, lawson);
+    let (switched, here, _) = run(100.0, auto);
+    assert!(
+        switched.switches > 0 && switched.jacobians > 100,
+        "{switched:?}"
+    );
+    assert!(
+        4 * switched.steps < explicit.steps,
+        "{switched:?} {explicit:?}"
+    );
+    // Each Jacobian with its factors weighs as much as ten calls, at most.
+    let cost = switched.calls + 10 * switched.jacobians;
+    assert!(4 * cost < 3 * explicit.calls, "{switched:?} {explicit:?}");
+    let off = distance(&joint, &here, &there);
+    assert!(off < 1e-2, "{off:e}");
+    // At the preset's speed nothing sticks for long.
+    let (explicit, there, _) = run(1.0, lawson);
+    let (switched, here, _) = run(1.0, auto);
+    assert_eq!((explicit, there), (switched, here));
 }

@@ -1,7 +1,7 @@
 //! Guards that dip below zero and come back between two places.
 
-use super::{Events, QUARTERS, TOUCH, place};
-use crate::dynamics::stepper::{Picture, Stepper};
+use super::{Events, QUARTERS, TOUCH};
+use crate::dynamics::stepper::Stepper;
 use crate::dynamics::{Switching, Tally};
 
 /// Evaluations after which a minimum is given up: what is left of the dip is within rounding.
@@ -59,10 +59,10 @@ enum Depth {
 impl Events {
     /// Looks for guards that fall through zero within a quarter of the step and come back.
     /// Returns a time (s) at which one is negative, with the guards there in `below`.
-    pub(super) fn dip<P: Picture, const S: usize>(
+    pub(super) fn dip<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         quarter: usize,
         tally: &mut Tally,
     ) -> Option<f64> {
@@ -75,7 +75,7 @@ impl Events {
             };
             let scale = values.iter().fold(0.0, |max, h| f64::max(max, h.abs()));
             let valley = Valley {
-                t: [0, 1, 2].map(|k| place(stepper, middle - 1 + k)),
+                t: [0, 1, 2].map(|k| self.place(middle - 1 + k)),
                 h: [0, 1, 2].map(|k| values[middle - 1 + k]),
             };
             match self.depth(switching, stepper, guard, valley, scale) {
@@ -93,10 +93,10 @@ impl Events {
     }
 
     /// Goes down a dip to its lowest point.
-    fn depth<P: Picture, const S: usize>(
+    fn depth<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         guard: usize,
         mut valley: Valley,
         scale: f64,

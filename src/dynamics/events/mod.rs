@@ -7,6 +7,9 @@
 //!
 //! # Where a step is looked at
 //!
+//! A step whose dense output is of order 4 is looked at as a whole, one with a higher order in two
+//! pieces. What follows is said of a whole step.
+//!
 //! At its middle and its end (its start is the end of the one before). That is all where each guard
 //! is further from zero than it has moved between these places. Otherwise the quarters are looked at,
 //! too: the five values determine a guard as well as the dense output does, which is of order 4.
@@ -21,10 +24,10 @@
 mod dip;
 mod root;
 
-use super::stepper::{Picture, Stepper};
+use super::stepper::Stepper;
 use super::{Switching, Tally};
 
-/// Quarters of a step: its start, and so many places after it.
+/// Quarters of a piece of a step: its start, and so many places after it.
 const QUARTERS: usize = 4;
 
 /// Guards this near to zero, relative to their largest value in the step, touch it.
@@ -42,7 +45,9 @@ pub(super) struct Events {
     pub pending: Vec<usize>,
     /// Guards crossed at the last event, in order.
     pub crossed: Vec<usize>,
-    /// Guards' values at the quarters of the step; the first are known before it is taken.
+    /// Start and end of the piece of the step that is looked at, s.
+    piece: [f64; 2],
+    /// Guards' values at the quarters of the piece; the first are known before.
     looks: [Vec<f64>; QUARTERS + 1],
     /// Guards that come near to zero in the step.
     near: Vec<usize>,
@@ -65,6 +70,7 @@ impl Events {
             status: vec![0; switching.status_len()],
             pending: Vec::with_capacity(values.len()),
             crossed: Vec::with_capacity(values.len() + CHATTER),
+            piece: [0.0; 2],
             looks: std::array::from_fn(|_| values.clone()),
             near: Vec::with_capacity(values.len()),
             above: values.clone(),
@@ -134,18 +140,42 @@ impl Events {
         self.pending.extend(negative.map(|(guard, _)| guard));
     }
 
-    /// Looks for the first event in the step just taken. If there is one, the step is cut there
-    /// and its guards are `pending`.
-    pub fn find<P: Picture, const S: usize>(
+    /// Whether there is anything to look for.
+    pub fn has_guards(&self) -> bool {
+        !self.above.is_empty()
+    }
+
+    /// Looks for the first event in the step just taken, made ready for states between its ends. If
+    /// there is one, the step is cut there and its guards are `pending`.
+    pub fn find<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         tally: &mut Tally,
     ) -> bool {
         self.pending.clear();
-        if self.above.is_empty() {
+        if !self.has_guards() {
             return false;
         }
+        let pieces = stepper.rule().pieces;
+        let (start, end) = (stepper.step().start_time, stepper.step().end_time);
+        (1..=pieces).any(|piece| {
+            let edge = |k: usize| start + (end - start) * k as f64 / pieces as f64;
+            self.piece = [
+                edge(piece - 1),
+                if piece == pieces { end } else { edge(piece) },
+            ];
+            self.find_in_piece(switching, stepper, tally)
+        })
+    }
+
+    /// Looks for the first event in a piece of the step, before which there is none.
+    fn find_in_piece<M: Stepper>(
+        &mut self,
+        switching: &dyn Switching,
+        stepper: &mut M,
+        tally: &mut Tally,
+    ) -> bool {
         self.look_along(switching, stepper, 2);
         self.look_along(switching, stepper, 4);
         if !self.is_doubtful() {
@@ -161,15 +191,15 @@ impl Events {
                 Some(high) => high,
                 None if self.looks[quarter].iter().any(|&h| h < 0.0) => {
                     self.below.copy_from_slice(&self.looks[quarter]);
-                    place(stepper, quarter)
+                    self.place(quarter)
                 }
                 None => continue,
             };
             self.above.copy_from_slice(&self.looks[quarter - 1]);
-            let low = place(stepper, quarter - 1);
+            let low = self.place(quarter - 1);
             let t = self.locate(switching, stepper, low, high);
             stepper.cut(t);
-            switching.settle(&self.status, t, &mut stepper.end);
+            switching.settle(&self.status, t, &mut stepper.step_mut().end);
             let negative = self.below.iter().enumerate().filter(|(_, h)| **h < 0.0);
             self.pending.extend(negative.map(|(guard, _)| guard));
             return true;
@@ -179,24 +209,19 @@ impl Events {
     }
 
     /// Evaluates the guards at a quarter of the step.
-    fn look_along<P: Picture, const S: usize>(
+    fn look_along<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         quarter: usize,
     ) {
-        let t = place(stepper, quarter);
+        let t = self.place(quarter);
         stepper.interpolate(t, &mut self.state);
         switching.guard_values(&self.status, t, &self.state, &mut self.looks[quarter]);
     }
 
     /// Evaluates the guards at a time `t` (s) of the step, into `between`.
-    fn look_between<P: Picture, const S: usize>(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
-        t: f64,
-    ) {
+    fn look_between<M: Stepper>(&mut self, switching: &dyn Switching, stepper: &mut M, t: f64) {
         stepper.interpolate(t, &mut self.state);
         switching.guard_values(&self.status, t, &self.state, &mut self.between);
     }
@@ -243,13 +268,13 @@ impl Events {
             }
         }
     }
-}
 
-/// The time of a quarter of the last step, s.
-fn place<P: Picture, const S: usize>(stepper: &Stepper<P, S>, quarter: usize) -> f64 {
-    if quarter == QUARTERS {
-        return stepper.end_time;
+    /// The time of a quarter of the piece of the step that is looked at, s.
+    fn place(&self, quarter: usize) -> f64 {
+        let [start, end] = self.piece;
+        if quarter == QUARTERS {
+            return end;
+        }
+        start + (end - start) * quarter as f64 / QUARTERS as f64
     }
-    let length = stepper.end_time - stepper.start_time;
-    stepper.start_time + length * quarter as f64 / QUARTERS as f64
 }

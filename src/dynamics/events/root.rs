@@ -2,7 +2,7 @@
 
 use super::Events;
 use crate::dynamics::Switching;
-use crate::dynamics::stepper::{Picture, Stepper};
+use crate::dynamics::stepper::Stepper;
 
 impl Events {
     /// The first fall of a guard between `low` and `high` (s): all guards are positive or zero at
@@ -13,14 +13,14 @@ impl Events {
     /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021)
     /// 5: secants moved a little towards the middle, never more than one evaluation behind
     /// bisection. The secant taken is that of the guard which falls first.
-    pub(super) fn locate<P: Picture, const S: usize>(
+    pub(super) fn locate<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
         mut low: f64,
         mut high: f64,
     ) -> f64 {
-        let resolution = 2.0 * f64::EPSILON * high.abs().max(stepper.start_time.abs());
+        let resolution = 2.0 * f64::EPSILON * high.abs().max(stepper.step().start_time.abs());
         let first_width = high - low;
         // How wide the bracket may still be, if it were halved from here on.
         let mut allowed = first_width.max(resolution);
@@ -68,19 +68,14 @@ impl Events {
 
     /// Moves the time found (s) on by its rounding, where another guard has come to zero within
     /// the rounding of its values: then it falls at the same time.
-    fn group<P: Picture, const S: usize>(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut Stepper<P, S>,
-        t: f64,
-    ) -> f64 {
-        let later = t + 8.0 * f64::EPSILON * t.abs().max(stepper.start_time.abs());
+    fn group<M: Stepper>(&mut self, switching: &dyn Switching, stepper: &mut M, t: f64) -> f64 {
+        let later = t + 8.0 * f64::EPSILON * t.abs().max(stepper.step().start_time.abs());
         let near = |guard: usize, h: f64| {
             let start = self.looks[0][guard];
             (0.0..=16.0 * f64::EPSILON * start.abs()).contains(&h) && h < start
         };
         let mut guards = self.below.iter().enumerate();
-        if later < stepper.end_time && guards.any(|(guard, &h)| near(guard, h)) {
+        if later < stepper.step().end_time && guards.any(|(guard, &h)| near(guard, h)) {
             self.look_between(switching, stepper, later);
             // The first guard may have come back up if it hardly fell: then nothing is gained.
             let mut pairs = self.below.iter().zip(&self.between);

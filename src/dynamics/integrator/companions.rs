@@ -6,6 +6,7 @@ use super::checks::check_size;
 use super::neighbour::Neighbour;
 use super::{Engine, Integrator};
 use crate::dynamics::pace::Pace;
+use crate::dynamics::stepper::Stepper;
 use crate::dynamics::tangents::Tangents;
 use crate::dynamics::{DynamicsError, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, System, Tally};
 
@@ -22,7 +23,7 @@ impl Integrator {
         width: usize,
         seed: u64,
     ) -> Result<Self, DynamicsError> {
-        let derivative = sys.differentiable().ok_or(DynamicsError::Lacks {
+        sys.differentiable().ok_or(DynamicsError::Lacks {
             what: "derivative of its force",
             wish: "exponents",
         })?;
@@ -33,11 +34,8 @@ impl Integrator {
                 dimension,
             });
         }
-        let stages = with_stepper!(&mut self.engine, stepper => {
-            stepper.record(derivative.record_len());
-            stepper.records.len()
-        });
-        self.tangents = Some(Tangents::new(sys, width, seed, stages));
+        let slopes = with_stepper!(&mut self.engine, stepper => stepper.record(sys));
+        self.tangents = Some(Tangents::new(sys, width, seed, slopes));
         Ok(self)
     }
 
@@ -74,7 +72,7 @@ impl Integrator {
     /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
     /// [`Differentiable::product`](crate::dynamics::Differentiable::product); `None` where none are followed.
     pub fn tangent_vectors(&self) -> Option<&[f64]> {
-        Some(&self.tangents.as_ref()?.end)
+        Some(&self.tangents.as_ref()?.bundle.end)
     }
 
     /// Takes these vectors, in the order of [`Integrator::tangent_vectors`], as the tangent vectors
@@ -90,7 +88,7 @@ impl Integrator {
         let room = self
             .tangents
             .as_ref()
-            .map_or(0, |tangents| tangents.end.len());
+            .map_or(0, |tangents| tangents.bundle.end.len());
         check_size("the list of tangent vectors", room, vectors.len())?;
         if let Some(tangents) = &mut self.tangents {
             tangents.replace(vectors);
@@ -147,7 +145,7 @@ impl Integrator {
     /// A copy without what goes along, and with a tally of its own.
     pub(super) fn alone(&self) -> Self {
         let mut engine = self.engine.clone();
-        with_stepper!(&mut engine, stepper => stepper.records.clear());
+        with_stepper!(&mut engine, stepper => stepper.forget_records());
         Self {
             engine,
             pace: Pace {

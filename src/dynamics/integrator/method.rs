@@ -21,6 +21,38 @@ pub enum Method {
         /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
         max_step: f64,
     },
+    /// Plain embedded pair of order 8(5, 3) of Dormand and Prince, with dense output of order 7. Pays
+    /// below errors of about 1e-8 on a smooth problem.
+    Dop853 {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
+    /// Exponential pair of order 8(5, 3), free vibration exact: Lawson's integrating factor with the
+    /// pair of [`Method::Dop853`], dense output of order 7.
+    Lawson853 {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
+    /// Linearly implicit method of order 5(4), Rodas5P of Rosenbrock's kind: for a law that is stiff
+    /// throughout. Needs [`System::differentiable`](crate::dynamics::System::differentiable).
+    Rodas5p {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
+    /// [`Method::Lawson54`], and [`Method::Rodas5p`] where the law makes that one's steps too short:
+    /// where slip comes to rest. Needs [`System::differentiable`](crate::dynamics::System::differentiable).
+    Auto {
+        /// How accurate a step must be.
+        accuracy: Accuracy,
+        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        max_step: f64,
+    },
     /// Classical Runge–Kutta method of order 4.
     Rk4 {
         /// The step, s.
@@ -43,7 +75,12 @@ impl Method {
             }
         };
         match self {
-            Self::Lawson54 { accuracy, max_step } | Self::Tsit54 { accuracy, max_step } => {
+            Self::Lawson54 { accuracy, max_step }
+            | Self::Tsit54 { accuracy, max_step }
+            | Self::Dop853 { accuracy, max_step }
+            | Self::Lawson853 { accuracy, max_step }
+            | Self::Rodas5p { accuracy, max_step }
+            | Self::Auto { accuracy, max_step } => {
                 accuracy.check()?;
                 positive("the longest step", max_step)?;
                 Ok(Control::Adaptive(Controller::new(accuracy, max_step)))

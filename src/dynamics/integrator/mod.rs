@@ -1,15 +1,7 @@
 //! The front: states at the times asked for, whatever the steps.
 
-/// Does the same with whichever stepper there is.
-macro_rules! with_stepper {
-    ($engine:expr, $stepper:ident => $body:expr) => {
-        match $engine {
-            Engine::Lawson54($stepper) => $body,
-            Engine::Tsit54($stepper) => $body,
-            Engine::Rk4($stepper) => $body,
-        }
-    };
-}
+#[macro_use]
+mod engine;
 
 mod checks;
 mod companions;
@@ -17,30 +9,16 @@ mod method;
 mod neighbour;
 
 use checks::{check_modes, check_size};
+use engine::{Engine, LACKS_DERIVATIVE};
 pub use method::Method;
 use neighbour::Neighbour;
 
 use super::control::{Control, Size};
 use super::events::Events;
-use super::explicit::Direct;
-use super::exponential::Interaction;
 use super::pace::Pace;
 use super::stepper::{Stepper, switching};
-use super::tableau::{RK4, TSIT54};
 use super::tangents::Tangents;
 use super::{DynamicsError, System, Tally};
-
-/// The methods' workspaces: a tableau in a picture each.
-#[derive(Clone, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "a run has one integrator: its size does not matter"
-)]
-enum Engine {
-    Lawson54(Stepper<Interaction, 7>),
-    Tsit54(Stepper<Direct, 7>),
-    Rk4(Stepper<Direct, 5>),
-}
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
 ///
@@ -72,20 +50,14 @@ impl Integrator {
     ///
     /// # Errors
     /// [`DynamicsError::Parameter`] for a parameter of the method out of its range,
-    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for a linear part that is no oscillation.
+    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for a linear part that is no oscillation,
+    /// [`DynamicsError::Lacks`] when an implicit method is asked for and the system has no
+    /// [`System::differentiable`].
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
         let control = method.control()?;
         check_modes(sys)?;
         let dim = sys.dim();
-        let engine = match method {
-            Method::Lawson54 { .. } => Engine::Lawson54(Stepper::new(
-                &TSIT54,
-                Interaction::new(sys, TSIT54.nodes.len()),
-                dim,
-            )),
-            Method::Tsit54 { .. } => Engine::Tsit54(Stepper::new(&TSIT54, Direct, dim)),
-            Method::Rk4 { .. } => Engine::Rk4(Stepper::new(&RK4, Direct, dim)),
-        };
+        let engine = Engine::new(method, sys)?;
         let max_step = control.step();
         let omega = sys.omega().to_vec();
         let pace = Pace {
@@ -147,8 +119,9 @@ impl Integrator {
             });
         }
         with_stepper!(&mut self.engine, stepper => {
-            stepper.end_time = t;
-            stepper.end.copy_from_slice(z);
+            let step = stepper.step_mut();
+            step.end_time = t;
+            step.end.copy_from_slice(z);
         });
         self.pace.size = Size::default();
         if let Some(tangents) = &mut self.tangents {
@@ -179,16 +152,17 @@ impl Integrator {
             sys.modes(),
         )?;
         check_size("the state of the system", self.dim, sys.dim())?;
-        self.pace.omega.copy_from_slice(sys.omega());
-        if let Engine::Lawson54(stepper) = &mut self.engine {
-            stepper.picture.reread(sys);
+        if self.engine.needs_derivative() && sys.differentiable().is_none() {
+            return Err(LACKS_DERIVATIVE);
         }
+        self.pace.omega.copy_from_slice(sys.omega());
+        with_stepper!(&mut self.engine, stepper => stepper.reread(sys));
         self.limit_step();
         with_stepper!(&mut self.engine, stepper => {
             let status = match &mut self.events {
                 None => None,
                 Some(events) => {
-                    events.start(switching(sys), stepper.end_time, &stepper.end);
+                    events.start(switching(sys), stepper.step().end_time, &stepper.step().end);
                     Some(events.status.as_slice())
                 }
             };
@@ -216,8 +190,15 @@ impl Integrator {
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
         self.go_past(sys, t, f64::INFINITY)?;
-        with_stepper!(&mut self.engine, stepper => stepper.interpolate(t, out));
-        if let Some(status) = self.events.as_ref().and_then(Events::held) {
+        let status = self.events.as_ref().and_then(Events::held);
+        with_stepper!(&mut self.engine, stepper => {
+            if stepper.step().at_end(t).is_none() {
+                // Where steps stop at events, that has been done under the status of the step.
+                stepper.densify(sys, status, &mut self.pace.tally);
+            }
+            stepper.interpolate(t, out);
+        });
+        if let Some(status) = status {
             switching(sys).settle(status, t, out);
         }
         Ok(())
@@ -246,7 +227,7 @@ impl Integrator {
             }
             if let Some(events) = &mut self.events {
                 with_stepper!(&self.engine, stepper => {
-                    events.look(switching(sys), stepper.end_time, &stepper.end);
+                    events.look(switching(sys), stepper.step().end_time, &stepper.step().end);
                 });
             }
         }
@@ -289,12 +270,12 @@ impl Integrator {
 
     /// The time reached, s: the end of the last step.
     pub fn time(&self) -> f64 {
-        with_stepper!(&self.engine, stepper => stepper.end_time)
+        with_stepper!(&self.engine, stepper => stepper.step().end_time)
     }
 
     /// The state at [`Integrator::time`].
     pub fn state(&self) -> &[f64] {
-        with_stepper!(&self.engine, stepper => &stepper.end)
+        with_stepper!(&self.engine, stepper => &stepper.step().end)
     }
 
     /// The error allowed in a step, relative to the size of the state; `None` for a fixed step.
@@ -315,6 +296,22 @@ impl Integrator {
             controller.allow(relative)?;
         }
         Ok(self)
+    }
+
+    /// Whether the last step was an implicit one.
+    pub fn is_implicit(&self) -> bool {
+        match &self.engine {
+            Engine::Rodas5p(_) => true,
+            Engine::Auto(auto) => auto.is_implicit(),
+            _ => false,
+        }
+    }
+
+    /// Leaves the choice between explicit and implicit steps to someone else, where there is one.
+    fn lead(&mut self, is_implicit: bool) {
+        if let Engine::Auto(auto) = &mut self.engine {
+            auto.lead(is_implicit);
+        }
     }
 
     /// The length of the next full step, s.
@@ -359,15 +356,20 @@ impl Integrator {
         } = self;
         with_stepper!(engine, stepper => {
             if let Some(tangents) = tangents {
-                tangents.follow(stepper.end_time)?;
+                tangents.follow(stepper.step().end_time)?;
             }
             let status = events.as_ref().and_then(Events::held);
             pace.step(stepper, sys, status, limit)?;
             let held = status.is_some();
             if let Some(events) = events {
+                if events.has_guards() {
+                    let status = events.held();
+                    stepper.densify(sys, status, &mut pace.tally);
+                }
                 if !held {
-                    events.overrun(switching(sys), stepper.end_time, &stepper.end);
-                    events.pass(stepper.end_time, *max_step);
+                    let step = stepper.step();
+                    events.overrun(switching(sys), step.end_time, &step.end);
+                    events.pass(step.end_time, *max_step);
                     pace.tally.overrun += 1;
                 } else if events.find(switching(sys), stepper, &mut pace.tally) {
                     pace.resize(stepper);
@@ -375,15 +377,15 @@ impl Integrator {
             }
             if let Some(tangents) = tangents {
                 let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
-                tangents.advance(sys, status, stepper);
+                tangents.advance(sys, status, stepper, &mut pace.tally);
                 if let Some(status) = status {
                     tangents.settle_into(switching(sys), status);
                 }
             }
         });
-        let end = self.time();
+        let (end, is_implicit) = (self.time(), self.is_implicit());
         match &mut self.neighbour {
-            Some(neighbour) => neighbour.note(sys, end),
+            Some(neighbour) => neighbour.note(sys, end, is_implicit),
             None => Ok(()),
         }
     }
@@ -401,7 +403,7 @@ impl Integrator {
         let switching = switching(sys);
         let continuous = switching.is_continuous();
         with_stepper!(&mut self.engine, stepper => {
-            let t = stepper.end_time;
+            let t = stepper.step().end_time;
             pace.tally.events += 1;
             events.crossed.clear();
             if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
@@ -414,14 +416,15 @@ impl Integrator {
                     let guard = events.pending[k];
                     let saltation = tangents.as_mut().filter(|_| !continuous);
                     if let Some(tangents) = saltation {
-                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.end);
+                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.step().end);
                     }
-                    switching.cross(guard, t, &mut stepper.end, &mut events.status);
+                    switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
                     events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        let after = (events.status.as_slice(), stepper.end.as_slice());
-                        let vectors = (tangents.end.as_mut_slice(), tangents.width);
+                        let after = (events.status.as_slice(), stepper.step().end.as_slice());
+                        let bundle = &mut tangents.bundle;
+                        let vectors = (bundle.end.as_mut_slice(), bundle.width);
                         tangents.saltation.after(sys, switching, after, guard, t, vectors);
                     }
                 }
@@ -430,7 +433,7 @@ impl Integrator {
                     let crossings = events.recent();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
-                events.look(switching, t, &stepper.end);
+                events.look(switching, t, &stepper.step().end);
                 if chatters {
                     events.pending.clear();
                 }
@@ -441,7 +444,7 @@ impl Integrator {
 
     /// Checks that a time is not before the last step.
     fn check_time(&self, t: f64) -> Result<(), DynamicsError> {
-        let earliest = with_stepper!(&self.engine, stepper => stepper.start_time);
+        let earliest = with_stepper!(&self.engine, stepper => stepper.step().start_time);
         if t >= earliest && t.is_finite() {
             Ok(())
         } else {
@@ -451,10 +454,9 @@ impl Integrator {
 
     /// Keeps the steps within what the parameters and the linear part allow.
     fn limit_step(&mut self) {
-        if let (Engine::Lawson54(stepper), Control::Adaptive(controller)) =
-            (&self.engine, &mut self.pace.control)
-        {
-            controller.limit(self.max_step.min(stepper.picture.longest_step()));
+        if let Control::Adaptive(controller) = &mut self.pace.control {
+            let longest = with_stepper!(&self.engine, stepper => stepper.longest_step());
+            controller.limit(self.max_step.min(longest));
         }
     }
 }

@@ -20,8 +20,16 @@ pub(super) struct Neighbour {
     follower: Box<Integrator>,
     /// Since when it is there, s.
     born: f64,
-    /// Ends of the first motion's steps that it has still to go to, s.
-    ends: VecDeque<f64>,
+    /// The first motion's steps that it has still to take.
+    ends: VecDeque<Taken>,
+}
+
+/// A step that the first motion has taken.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    /// Its end, s.
+    end: f64,
+    is_implicit: bool,
 }
 
 impl Neighbour {
@@ -49,8 +57,13 @@ impl Neighbour {
     }
 
     /// Takes note of a step of the first motion that ended at `end` (s).
-    pub fn note<Y: System + ?Sized>(&mut self, sys: &Y, end: f64) -> Result<(), DynamicsError> {
-        self.ends.push_back(end);
+    pub fn note<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        end: f64,
+        is_implicit: bool,
+    ) -> Result<(), DynamicsError> {
+        self.ends.push_back(Taken { end, is_implicit });
         if self.ends.len() > BEHIND {
             self.go_to_next_end(sys)?;
         }
@@ -70,8 +83,9 @@ impl Neighbour {
         t: f64,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
-        while let Some(&end) = self.ends.front() {
+        while let Some(&Taken { end, is_implicit }) = self.ends.front() {
             if end >= t {
+                self.follower.lead(is_implicit);
                 self.follower.go_past(sys, t, end)?;
                 break;
             }
@@ -95,7 +109,10 @@ impl Neighbour {
 
     fn go_to_next_end<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
         match self.ends.pop_front() {
-            Some(end) => self.follower.land(sys, end),
+            Some(Taken { end, is_implicit }) => {
+                self.follower.lead(is_implicit);
+                self.follower.land(sys, end)
+            }
             None => Ok(()),
         }
     }

@@ -1,31 +1,37 @@
 //! Eq. (20) to (22): the tangent flow, taken along with the state.
 //!
-//! The vectors go through the very stages of the step that the state has taken, so that what they
-//! give is the derivative of the numerical flow itself, whatever its tolerance. They are followed
-//! only after the step has been accepted.
+//! The vectors are followed only after the step has been accepted: with an explicit method through the
+//! very stages that the state has gone through, with an implicit one by a method of their own along
+//! the dense output of the step.
 
 mod frame;
 mod saltation;
 
-use super::stepper::{Picture, Stepper, accumulate, differentiable};
-use super::{DynamicsError, Switching, System, lyapunov::Growth};
+use super::stepper::Stepper;
+use super::{DynamicsError, Switching, System, Tally, lyapunov::Growth};
 use frame::Frame;
 pub(super) use saltation::Saltation;
 
-/// Tangent vectors side by side, component after component: component `c` of vector `l` is at
-/// `c * width + l`.
+/// Tangent vectors on their way through a step, side by side, component after component: component
+/// `c` of vector `l` is at `c * width + l`.
 #[derive(Clone, Debug)]
-pub(super) struct Tangents {
+pub(super) struct Bundle {
     /// The number of vectors.
     pub width: usize,
     /// At the start of the last step.
-    start: Vec<f64>,
+    pub start: Vec<f64>,
     /// At the end of the last step, `tangent_dim x width`.
     pub end: Vec<f64>,
     /// At a stage.
-    stage: Vec<f64>,
+    pub stage: Vec<f64>,
     /// Slopes at the stages, `stages x tangent_dim x width`.
-    slopes: Vec<f64>,
+    pub slopes: Vec<f64>,
+}
+
+/// Tangent vectors, and what becomes of them.
+#[derive(Clone, Debug)]
+pub(super) struct Tangents {
+    pub bundle: Bundle,
     /// The measure of lengths, and the orthonormalisation.
     frame: Frame,
     /// What becomes of the vectors from step to step.
@@ -48,15 +54,17 @@ enum Upkeep {
 }
 
 impl Tangents {
-    /// So many vectors for a system, for a method of so many stages.
+    /// So many vectors for a system, for a method with so many slopes a step.
     pub fn new<Y: System + ?Sized>(sys: &Y, width: usize, seed: u64, stages: usize) -> Self {
         let numbers = sys.tangent_dim() * width;
         let mut tangents = Self {
-            width,
-            start: vec![0.0; numbers],
-            end: vec![0.0; numbers],
-            stage: vec![0.0; numbers],
-            slopes: vec![0.0; stages * numbers],
+            bundle: Bundle {
+                width,
+                start: vec![0.0; numbers],
+                end: vec![0.0; numbers],
+                stage: vec![0.0; numbers],
+                slopes: vec![0.0; stages * numbers],
+            },
             frame: Frame::new(sys, width, seed),
             upkeep: Upkeep::Orthonormal,
             growth: Growth::new(width),
@@ -69,8 +77,8 @@ impl Tangents {
 
     /// Starts at time `t` (s) with the orthonormal vectors of the seed.
     pub fn restart(&mut self, t: f64) {
-        self.frame.start(&mut self.end);
-        self.start.copy_from_slice(&self.end);
+        self.frame.start(&mut self.bundle.end);
+        self.bundle.start.copy_from_slice(&self.bundle.end);
         self.upkeep = Upkeep::Orthonormal;
         self.growth.clear(t);
         self.moved = false;
@@ -78,8 +86,8 @@ impl Tangents {
 
     /// Goes on with these vectors, and leaves them to the flow.
     pub fn replace(&mut self, vectors: &[f64]) {
-        self.end.copy_from_slice(vectors);
-        self.start.copy_from_slice(vectors);
+        self.bundle.end.copy_from_slice(vectors);
+        self.bundle.start.copy_from_slice(vectors);
         self.upkeep = Upkeep::None;
     }
 
@@ -92,7 +100,7 @@ impl Tangents {
         if self.upkeep == Upkeep::Orthonormal && self.frame.is_due() {
             self.renew(t)?;
         }
-        self.start.copy_from_slice(&self.end);
+        self.bundle.start.copy_from_slice(&self.bundle.end);
         Ok(())
     }
 
@@ -101,7 +109,7 @@ impl Tangents {
         if t <= self.growth.last() {
             return Ok(());
         }
-        self.frame.orthonormalise(&mut self.end);
+        self.frame.orthonormalise(&mut self.bundle.end);
         let logarithms = self.frame.logarithms();
         // A collapsed direction is minus infinity, an overflow is not.
         if let Some(vector) = logarithms
@@ -117,7 +125,7 @@ impl Tangents {
     /// Forgets the growth up to time `t` (s), but not the directions.
     pub fn forget(&mut self, t: f64) {
         if self.upkeep == Upkeep::Orthonormal {
-            self.frame.orthonormalise(&mut self.end);
+            self.frame.orthonormalise(&mut self.bundle.end);
         }
         self.growth.clear(t);
         self.moved = false;
@@ -131,7 +139,7 @@ impl Tangents {
     /// Holds fixed in the vectors what a status held in the last step holds fixed in the state. At
     /// each step, since a new frame may have put any vectors in the place of those that vanished.
     pub fn settle_into(&mut self, switching: &dyn Switching, status: &[u8]) {
-        switching.settle_tangents(status, &mut self.end, self.width);
+        switching.settle_tangents(status, &mut self.bundle.end, self.bundle.width);
     }
 
     /// The growth up to time `t` (s); `None` where vectors are left to the flow.
@@ -148,12 +156,12 @@ impl Tangents {
 
     /// Components of a vector: how many exponents there are in all.
     pub fn dimension(&self) -> usize {
-        self.end.len() / self.width
+        self.bundle.end.len() / self.bundle.width
     }
 
     /// Takes the last step back, to its start at time `t` (s).
     pub fn rewind(&mut self, t: f64) {
-        self.end.copy_from_slice(&self.start);
+        self.bundle.end.copy_from_slice(&self.bundle.start);
         if self.growth.last() > t {
             // The growth was forgotten within the step.
             self.forget(t);
@@ -167,58 +175,25 @@ impl Tangents {
         self.frame.hasten();
     }
 
-    /// Eq. (21): `delta z(t) = Phi_t delta z_0`, by the stages that the stepper has just gone
-    /// through, up to where its step ends or was cut.
+    /// Eq. (21): `delta z(t) = Phi_t delta z_0`, along the step that the stepper has just taken, up to
+    /// where it ends or was cut.
     ///
     /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the equation that each of the vectors obeys.
-    pub fn advance<Y: System + ?Sized, P: Picture, const S: usize>(
+    pub fn advance<Y: System + ?Sized, M: Stepper>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        stepper: &mut Stepper<P, S>,
+        stepper: &mut M,
+        tally: &mut Tally,
     ) {
-        let (width, numbers) = (self.width, self.end.len());
         // Quadratures, which come last, say nothing of the motion.
         let n = self.dimension();
-        self.moved = self.moved || stepper.start[..n] != stepper.end[..n];
-        let derivative = differentiable(sys);
-        let tableau = stepper.tableau;
-        let h = stepper.length();
-        // The last stage sits at the end of the step, and only the dense output needs its slope.
-        let stages = if stepper.is_cut() { S } else { S - 1 };
-        for stage in 0..stages {
-            self.stage.copy_from_slice(&self.start);
-            if stage > 0 {
-                let weights = &tableau.stages[stage][..stage];
-                accumulate(&mut self.stage, h, &self.slopes, weights);
-                stepper.picture.push(stage, &mut self.stage, width);
-            }
-            let slope = &mut self.slopes[stage * numbers..][..numbers];
-            derivative.product(
-                status,
-                &mut stepper.records[stage],
-                &self.stage,
-                width,
-                &mut slope[sys.modes() * width..],
-            );
-            stepper.picture.complete(sys, &self.stage, slope, width);
-            if stage > 0 {
-                stepper.picture.pull(stage, slope, width);
-            }
+        let step = stepper.step();
+        self.moved = self.moved || step.start[..n] != step.end[..n];
+        if stepper.rule().is_stiff {
+            // What is stiff presses the vectors together within one step.
+            self.frame.hasten();
         }
-        self.end.copy_from_slice(&self.start);
-        if stepper.is_cut() {
-            let offset = stepper.end_time - stepper.start_time;
-            accumulate(&mut self.end, h, &self.slopes, &tableau.weights(offset / h));
-            stepper.picture.push_by(offset, &mut self.end, width);
-        } else {
-            accumulate(
-                &mut self.end,
-                h,
-                &self.slopes,
-                &tableau.stages[S - 1][..S - 1],
-            );
-            stepper.picture.push(S - 1, &mut self.end, width);
-        }
+        stepper.carry(sys, status, &mut self.bundle, tally);
     }
 }

@@ -91,7 +91,7 @@ fn a_linear_flow_has_its_own_rates() {
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        let rounding = if let Method::Rk4 { .. } = method {
+        let rounding = if matches!(method, Method::Rk4 { .. } | Method::Rodas5p { .. }) {
             1e-6
         } else {
             1e-9
@@ -119,7 +119,9 @@ fn the_exponents_of_lorenz() {
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        assert!((sum + 41.0 / 3.0).abs() < 1e-6, "{method:?}: {sum}");
+        let implicit = matches!(method, Method::Rodas5p { .. });
+        let allowed = if implicit { 1e-4 } else { 1e-6 };
+        assert!((sum + 41.0 / 3.0).abs() < allowed, "{method:?}: {sum}");
         assert_eq!(
             spectrum.attractor(),
             Attractor::Chaos,
@@ -156,7 +158,7 @@ fn the_exponents_of_roessler() {
 #[test]
 fn the_exponents_of_henon_and_heiles_are_pairs() {
     let z0 = [0.0, -0.25, 0.42081, 0.0];
-    for method in &all_methods(1e-11, 0.5, 0.005)[..2] {
+    for method in &adaptive_methods(1e-11, 0.5) {
         let spectrum = spectrum(*method, Steps::Free, &HenonHeiles, &z0, (1000.0, 3000.0));
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| spectrum.exponents[k].value);
         assert!((a + d).abs() < 1e-8 && (b + c).abs() < 1e-8, "{spectrum:?}");

@@ -41,7 +41,9 @@ fn a_neighbour_is_where_the_tangent_vector_points_however_coarse_the_steps() {
         let length = APART * vector.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         // The flow bends by a millionth, and a unit of rounding is 1e-5 of the distance.
         let off = distance(&second, &expected) / length;
-        assert!(off < 1e-4, "{method:?}: {off:e}");
+        // Vectors beside implicit steps follow the flow, and not the steps.
+        let allowed = if motion.is_implicit() { 1e-3 } else { 1e-4 };
+        assert!(off < allowed, "{method:?}: {off:e}");
     }
 }
 

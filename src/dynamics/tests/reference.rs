@@ -6,11 +6,22 @@ use super::systems::Unilateral;
 /// Extrapolated modified midpoint rule (W. B. Gragg, SIAM J. Numer. Anal. 2 (1965) 384–403; Hairer,
 /// Norsett and Wanner, Section II.9) of order 16, in `steps` steps. For smooth systems.
 pub fn extrapolated<Y: System>(sys: &Y, z0: &[f64], t_end: f64, steps: usize) -> Vec<f64> {
+    extrapolated_from(sys, 0.0, z0, t_end, steps)
+}
+
+/// [`extrapolated`] from time `start`.
+pub fn extrapolated_from<Y: System>(
+    sys: &Y,
+    start: f64,
+    z0: &[f64],
+    t_end: f64,
+    steps: usize,
+) -> Vec<f64> {
     const COLUMNS: usize = 8;
-    let big = t_end / steps as f64;
+    let big = (t_end - start) / steps as f64;
     let mut z = z0.to_vec();
     for step in 0..steps {
-        let t = step as f64 * big;
+        let t = start + step as f64 * big;
         let mut table: Vec<Vec<f64>> = Vec::new();
         for row in 0..COLUMNS {
             let mut line = midpoint(sys, t, &z, big, 2 * (row + 1));

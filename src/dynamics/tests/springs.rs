@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::super::{Switching, System};
+use super::super::{Differentiable, Switching, System};
 
 /// Oscillators pressed against unilateral springs, `N_n = max(0, p_n + k phi_n . q)`, as the
 /// perturbation from `q = 0`.
@@ -56,6 +56,35 @@ impl System for Springs {
     }
     fn switching(&self) -> Option<&dyn Switching> {
         Some(self)
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Springs {
+    fn product(
+        &self,
+        status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        let m = self.omega.len();
+        for (n, shape) in self.shapes.chunks_exact(m).enumerate() {
+            let closed = match status {
+                Some(status) => status[n] == 1,
+                None => self.gap(n, &record[1..]) > 0.0,
+            };
+            for l in (0..width).filter(|_| closed) {
+                let moved: f64 = (0..m).map(|i| shape[i] * vectors[i * width + l]).sum();
+                for i in 0..m {
+                    out[i * width + l] -= self.stiffness * shape[i] * moved;
+                }
+            }
+        }
     }
 }
 

@@ -1,6 +1,56 @@
 //! Small systems to integrate.
 
 use super::System;
+use crate::dynamics::Differentiable;
+use crate::dynamics::stepper::force;
+
+/// Implements [`Differentiable`] by differences of the force.
+macro_rules! differenced {
+    ($sys:ty $(, $generic:ident)?) => {
+        impl$(<$generic: Fn(f64, f64, f64) -> f64>)? crate::dynamics::Differentiable for $sys {
+            fn product(
+                &self,
+                status: Option<&[u8]>,
+                record: &mut [f64],
+                vectors: &[f64],
+                width: usize,
+                out: &mut [f64],
+            ) {
+                $crate::dynamics::tests::systems::differences(
+                    self, status, record, vectors, width, out,
+                );
+            }
+        }
+    };
+}
+pub(super) use differenced;
+
+/// [`Differentiable::product`] by central differences, for a system without quadratures.
+pub fn differences<Y: System>(
+    sys: &Y,
+    status: Option<&[u8]>,
+    record: &[f64],
+    vectors: &[f64],
+    width: usize,
+    out: &mut [f64],
+) {
+    let (t, z) = (record[0], &record[1..]);
+    let size = z.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let step = if size > 0.0 { 1e-5 * size } else { 1e-5 };
+    let (mut moved, mut ahead) = (z.to_vec(), vec![0.0; out.len() / width]);
+    let mut behind = ahead.clone();
+    for l in 0..width {
+        for (sign, force_there) in [(1.0, &mut ahead), (-1.0, &mut behind)] {
+            for (c, moved) in moved.iter_mut().enumerate() {
+                *moved = z[c] + sign * step * vectors[c * width + l];
+            }
+            force(sys, status, t, &moved, force_there);
+        }
+        for (i, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
+            out[i * width + l] = (ahead - behind) / (2.0 * step);
+        }
+    }
+}
 
 /// Oscillators without a force.
 pub struct Free {
@@ -42,6 +92,9 @@ impl System for Free {
     fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
 }
 
 /// Three oscillators, one damped, one without stiffness, coupled by cubic springs and driven, and
@@ -62,6 +115,12 @@ impl System for Duffing {
     fn first_order(&self) -> usize {
         1
     }
+    fn quadratures(&self) -> usize {
+        1
+    }
+    fn is_autonomous(&self) -> bool {
+        false
+    }
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
         let spring = |x: f64| x + x.powi(3);
         let (a, b) = (spring(z[0] - z[1]), spring(z[1] - z[2]));
@@ -69,6 +128,34 @@ impl System for Duffing {
         out[1] = 0.3 * (a - b);
         out[2] = 0.3 * b - 0.4 * spring(z[2]);
         out[3] = (0..3).map(|i| out[i] * z[3 + i]).sum();
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Duffing {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let slope = |x: f64| 1.0 + 3.0 * x * x;
+        let z = &record[1..];
+        let slopes = [slope(z[0] - z[1]), slope(z[1] - z[2]), slope(z[2])];
+        for l in 0..width {
+            let q = [0, 1, 2].map(|i| vectors[i * width + l]);
+            let (a, b) = (slopes[0] * (q[0] - q[1]), slopes[1] * (q[1] - q[2]));
+            out[l] = -0.3 * a;
+            out[width + l] = 0.3 * (a - b);
+            out[2 * width + l] = 0.3 * b - 0.4 * slopes[2] * q[2];
+        }
+    }
+    fn time_derivative(&self, _status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(&[-0.2 * 1.7 * (1.7 * t).sin(), 0.0, 0.0]);
     }
 }
 
@@ -90,6 +177,9 @@ impl System for Lorenz {
         out[0] = 10.0 * (w[1] - w[0]);
         out[1] = w[0] * (28.0 - w[2]) - w[1];
         out[2] = w[0] * w[1] - 8.0 / 3.0 * w[2];
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
     }
 }
 
@@ -117,6 +207,9 @@ impl System for Unilateral {
     fn first_order(&self) -> usize {
         1
     }
+    fn quadratures(&self) -> usize {
+        1
+    }
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for n in 0..3 {
@@ -126,6 +219,31 @@ impl System for Unilateral {
             }
         }
         out[3] = (0..3).map(|i| out[i] * z[3 + i]).sum();
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl Differentiable for Unilateral {
+    fn product(
+        &self,
+        _status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        for n in (0..3).filter(|&n| Self::gap(n, &record[1..]) > 0.0) {
+            let shape = &Self::SHAPES[n];
+            for l in 0..width {
+                let moved: f64 = (0..3).map(|i| shape[i] * vectors[i * width + l]).sum();
+                for i in 0..3 {
+                    out[i * width + l] -= Self::STIFFNESS * shape[i] * moved;
+                }
+            }
+        }
     }
 }
 
@@ -142,4 +260,11 @@ impl<F: Fn(f64, f64, f64) -> f64> System for Forced<F> {
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
         out[0] = (self.force)(t, z[0], z[1]);
     }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
 }
+
+differenced!(Free);
+differenced!(Lorenz);
+differenced!(Forced<F>, F);

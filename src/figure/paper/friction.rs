@@ -1,4 +1,4 @@
-//! Fig. 3: the friction curve, in both readings of its caption.
+//! Fig. 3: the friction curve, as its caption prints it and as it is used.
 
 use crate::figure::panel::{Axis, Mark, Panel};
 use crate::figure::style::{BLUE, FAINT, VERMILION};
@@ -8,15 +8,18 @@ use crate::joint::Stribeck;
 /// The largest slip speed shown, m/s.
 const FASTEST: f64 = 0.1;
 
-/// Fig. 3: the curve in use, and the one with its two slope factors exchanged; `sliding` is the speed
-/// of steady sliding at the middle of the patch, m/s.
+/// Slope factors as printed in the caption of Fig. 3: `d` of the creep and `f` of the Stribeck curve, s/m.
+const PRINTED: [f64; 2] = [10.0, 1000.0];
+
+/// Fig. 3: the curve with its slope factors as printed, and the one in use; `sliding` is the speed of steady
+/// sliding at the middle of the patch, m/s.
 ///
 /// # Errors
 /// [`FigureError`].
 pub fn friction_curves(law: &Stribeck, sliding: f64) -> Result<Figure, FigureError> {
-    let exchanged = Stribeck {
-        creep: law.stribeck,
-        stribeck: law.creep,
+    let printed = Stribeck {
+        creep: PRINTED[0],
+        stribeck: PRINTED[1],
         ..*law
     };
     let curve = |law: &Stribeck| -> Vec<[f64; 2]> {
@@ -34,19 +37,19 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Result<Figure, FigureErr
         )
     };
     let panel = Panel {
-        title: format!("in use: {}; exchanged: {}", at(law), at(&exchanged)),
+        title: format!("used here: {}; as printed: {}", at(law), at(&printed)),
         x: Axis::linear("slip speed, mm/s", [0.0, 1e3 * FASTEST]),
         y: Axis::linear("coefficient of friction", [0.0, 1.08 * law.mu_s]),
         marks: vec![
             Mark::Line {
                 points: curve(law),
                 color: VERMILION,
-                label: format!("in use: {}", words(law)),
+                label: format!("used here: {}", words(law)),
             },
             Mark::Line {
-                points: curve(&exchanged),
+                points: curve(&printed),
                 color: BLUE,
-                label: format!("exchanged: {}", words(&exchanged)),
+                label: format!("as printed: {}", words(&printed)),
             },
             Mark::Upright {
                 x: 1e3 * sliding,

@@ -1,6 +1,7 @@
 //! Fig. 9 and 10: recurrence plots and Poincare maps over the tilt.
 
 use super::motion::{LAG, recurrence};
+use crate::analysis::Regime;
 use crate::figure::panel::{Axis, Mark, Panel};
 use crate::figure::sweep::color_of;
 use crate::figure::{Figure, FigureError};
@@ -41,7 +42,11 @@ pub fn sections(points: &[(f64, &Response)]) -> Result<Figure, FigureError> {
                 .iter()
                 .map(|p| p.map(|y| 1e6 * y))
                 .collect(),
-            radius: 1.5,
+            // A tone is a point, which is drawn to be seen.
+            radius: match response.regime {
+                Regime::Periodic => 4.0,
+                _ => 1.5,
+            },
             color: color_of(response.regime),
             label: String::new(),
         }],

@@ -106,10 +106,38 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
     }
 }
 
+/// Points drawn for each sample: lines between samples would show as corners.
+const FINER: usize = 5;
+
+/// Displacement (m) and velocity (m/s) between the samples: the cubic through displacements with the
+/// velocities as slopes, and its slope.
+fn between_samples(portrait: &Portrait) -> Vec<[f64; 2]> {
+    let h = portrait.dt;
+    let samples = portrait.displacement.iter().zip(&portrait.velocity);
+    let samples: Vec<[f64; 2]> = samples.map(|(&u, &v)| [u, v].map(f64::from)).collect();
+    let pieces = samples.windows(2).flat_map(|pair| {
+        let [[u0, v0], [u1, v1]] = [pair[0], pair[1]];
+        (0..FINER).map(move |k| {
+            let s = k as f64 / FINER as f64;
+            let rise = u1 - u0;
+            let (a, b) = (h * v0 - rise, rise - h * v1);
+            let r = 1.0 - s;
+            let u = r * u0 + s * u1 + s * r * (r * a + s * b);
+            let slope = rise + (1.0 - 2.0 * s) * (r * a + s * b) + s * r * (b - a);
+            [u, slope / h]
+        })
+    });
+    pieces.chain(samples.last().copied()).collect()
+}
+
 fn series(portrait: &Portrait, color: Rgb) -> Panel {
-    let shown = newest(portrait, WINDOW);
+    let dt = portrait.dt / FINER as f64;
+    let fine = between_samples(portrait);
+    let shown = &fine[fine
+        .len()
+        .saturating_sub((WINDOW / dt).round() as usize + 1)..];
     let points = shown.iter().enumerate();
-    let points = points.map(|(k, u)| [1e3 * portrait.dt * k as f64, 1e6 * u]);
+    let points = points.map(|(k, [u, _])| [1e3 * dt * k as f64, 1e6 * u]);
     let points: Vec<[f64; 2]> = points.collect();
     Panel {
         title: "b  displacement at the middle of the patch".to_owned(),
@@ -120,9 +148,8 @@ fn series(portrait: &Portrait, color: Rgb) -> Panel {
 }
 
 fn phase(portrait: &Portrait, color: Rgb) -> Panel {
-    let pairs = portrait.displacement.iter().zip(&portrait.velocity);
-    let points = pairs.map(|(&u, &v)| [1e6 * f64::from(u), 1e3 * f64::from(v)]);
-    let points: Vec<[f64; 2]> = points.collect();
+    let fine = between_samples(portrait).into_iter();
+    let points: Vec<[f64; 2]> = fine.map(|[u, v]| [1e6 * u, 1e3 * v]).collect();
     Panel {
         title: "c  phase plot".to_owned(),
         x: Axis::around("u, µm", points.iter().map(|p| p[0])),
@@ -180,12 +207,11 @@ fn spectrum(response: &Response, portrait: &Portrait) -> Panel {
 
 /// Two of the coordinates of the delay space.
 fn reconstruction(portrait: &Portrait, color: Rgb) -> Panel {
-    let u: Vec<f64> = portrait
-        .displacement
+    let u: Vec<f64> = between_samples(portrait)
         .iter()
-        .map(|u| 1e6 * f64::from(*u))
+        .map(|[u, _]| 1e6 * u)
         .collect();
-    let lag = lag(portrait);
+    let lag = (FINER as f64 * LAG / portrait.dt).round().max(1.0) as usize;
     let pairs = u.iter().zip(u.iter().skip(lag));
     let points: Vec<[f64; 2]> = pairs.map(|(a, b)| [*a, *b]).collect();
     Panel {
@@ -223,20 +249,6 @@ pub(super) fn recurrence(title: String, portrait: &Portrait) -> Panel {
         y: Axis::linear("time, ms", [0.0, end]),
         marks: picture.into_iter().collect(),
     }
-}
-
-/// The newest displacements, m.
-fn newest(portrait: &Portrait, time: f64) -> Vec<f64> {
-    let count = ((time / portrait.dt).round() as usize).min(portrait.displacement.len());
-    let first = portrait.displacement.len() - count;
-    portrait.displacement[first..]
-        .iter()
-        .map(|u| f64::from(*u))
-        .collect()
-}
-
-fn lag(portrait: &Portrait) -> usize {
-    ((LAG / portrait.dt).round() as usize).max(1)
 }
 
 fn line(points: Vec<[f64; 2]>, color: Rgb) -> Mark {
@@ -302,4 +314,30 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Result<Figure,
         [1100, 480],
         &[vec![information, neighbours]],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_is_smooth_between_its_samples() {
+        let dt = 5e-6;
+        let omega = std::f64::consts::TAU * 12.4e3;
+        let wave = |k: usize| omega * dt * k as f64;
+        let portrait = Portrait {
+            dt,
+            displacement: (0..50).map(|k| wave(k).sin() as f32).collect(),
+            velocity: (0..50).map(|k| (omega * wave(k).cos()) as f32).collect(),
+            bin: 1.0,
+            spectrum: Vec::new(),
+        };
+        let fine = between_samples(&portrait);
+        assert_eq!(fine.len(), 49 * FINER + 1);
+        for (k, [u, v]) in fine.into_iter().enumerate() {
+            let phase = omega * dt * k as f64 / FINER as f64;
+            assert!((u - phase.sin()).abs() < 2e-4, "{k}: {u}");
+            assert!((v / omega - phase.cos()).abs() < 3e-3, "{k}: {v}");
+        }
+    }
 }

@@ -432,6 +432,8 @@ fn since(now: Tally, before: Tally) -> Tally {
         steps: now.steps - before.steps,
         rejections: now.rejections - before.rejections,
         calls: now.calls - before.calls,
+        jacobians: now.jacobians - before.jacobians,
+        switches: now.switches - before.switches,
         crossings: now.crossings - before.crossings,
         events: now.events - before.events,
         grazings: now.grazings - before.grazings,

@@ -9,6 +9,13 @@ use crate::study::response::Response;
 /// The claims, as data (TOML).
 pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
 
+/// A line counts as there from this share of the strongest one's amplitude.
+const SEEN: f64 = 0.05;
+
+/// An exponent is nearly zero if its whole interval is nearer to it than this, 1/s: about a tenth of what
+/// chaos has.
+const NEARLY_ZERO: f64 = 10.0;
+
 /// A claim of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,6 +38,7 @@ pub struct Claim {
     strongest_line: Option<LineAt>,
     mode_shift: Option<ShiftBetween>,
     line: Option<LineAt>,
+    linear_mismatch: Option<MismatchAt>,
     lag: Option<LagAt>,
     dimension: Option<DimensionAt>,
     recurrence_period: Option<PeriodOver>,
@@ -75,6 +83,12 @@ struct ShiftBetween {
     from_hz: f64,
     to_deg: f64,
     to_hz: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MismatchAt {
+    tilt_deg: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -358,9 +372,17 @@ impl Claim {
         if let Some(LineAt { tilt_deg, hz }) = &self.line {
             let lines = at(*tilt_deg).map_or(&[][..], |response| &response.lines);
             let off = |line: f64| (line / hz - 1.0).abs();
-            let nearest = lines.iter().map(|line| line.frequency);
+            // Among many faint lines one is near to anything.
+            let strongest = lines.first().map_or(0.0, |line| line.amplitude);
+            let seen = lines
+                .iter()
+                .filter(|line| line.amplitude >= SEEN * strongest);
+            let nearest = seen.map(|line| line.frequency);
             let nearest = nearest.min_by(|a, b| off(*a).total_cmp(&off(*b)));
             return Told::number(*hz, nearest, self.within, khz);
+        }
+        if let Some(MismatchAt { tilt_deg }) = &self.linear_mismatch {
+            return mismatch(at(*tilt_deg), self.within);
         }
         if let Some(LagAt { tilt_deg, samples }) = &self.lag {
             // The paper's spacing is not stated: there is nothing to hold the number against.
@@ -404,9 +426,13 @@ impl Claim {
             return Told::of_points(format!("{:.3} ms", 1e3 * s), &points, is_so, show);
         }
         if let Some(Span { from_deg, to_deg }) = &self.exponent_zero {
-            let is_so = |response: &Response| sign(response, 0) == Some(Sign::Zero);
+            let is_so = |response: &Response| {
+                let spectrum = response.exponents.as_ref();
+                let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
+                largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO)
+            };
             let points = evidence.between(*from_deg, *to_deg);
-            return Told::of_points("zero".to_owned(), &points, is_so, largest);
+            return Told::of_points("nearly zero".to_owned(), &points, is_so, largest);
         }
         if let Some(PositiveOver {
             from_deg,
@@ -433,6 +459,27 @@ impl Claim {
             deviation: None,
             holds: Holds::Unknown,
         }
+    }
+}
+
+/// Whether the mode that grows fastest is not the one that is heard.
+fn mismatch(response: Option<&Response>, within: f64) -> Told {
+    let found = response.and_then(|response| {
+        let modes = response.linear.as_ref()?.unstable();
+        let fastest = modes.max_by(|a, b| a.growth.total_cmp(&b.growth))?;
+        Some((fastest.frequency_hz, response.lines.first()?.frequency))
+    });
+    Told {
+        published: "another one".to_owned(),
+        ours: found.map_or_else(nothing, |(grows, heard)| {
+            format!("{} grows fastest, {} is heard", khz(grows), khz(heard))
+        }),
+        deviation: None,
+        holds: match found {
+            None => Holds::Unknown,
+            Some((grows, heard)) if (heard / grows - 1.0).abs() > within => Holds::Yes,
+            Some(_) => Holds::No,
+        },
     }
 }
 

@@ -19,7 +19,7 @@ use crate::scene::SceneError;
 pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
 pub use table::{
-    IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
+    CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
 };
 
 /// What was found at a point.

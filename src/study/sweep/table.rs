@@ -6,14 +6,16 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter};
+use std::panic;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use arrow_array::RecordBatch;
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
+use toml::Value;
 
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
@@ -52,7 +54,9 @@ pub enum TableError {
         difference: String,
     },
     /// Writing failed. The points in the file before are still there.
-    #[error("writing `{path}` failed")]
+    #[error(
+        "writing `{path}` failed; the points written before are kept, and --resume goes on from them"
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -152,6 +156,23 @@ pub fn write_table(
 /// # Errors
 /// [`TableError::Read`], [`TableError::Foreign`].
 pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
+    static HOOK: Mutex<()> = Mutex::new(());
+    // The library panics on some damaged files. That is told as an error, and not twice.
+    let alone = HOOK.lock().unwrap_or_else(PoisonError::into_inner);
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let read = panic::catch_unwind(|| read_points(path));
+    panic::set_hook(hook);
+    drop(alone);
+    read.unwrap_or_else(|_| {
+        Err(TableError::Foreign {
+            path: path.to_owned(),
+            reason: "it is damaged; take a copy of it, or begin anew".to_owned(),
+        })
+    })
+}
+
+fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let foreign = |reason: String| TableError::Foreign {
         path: path.to_owned(),
         reason,
@@ -160,6 +181,9 @@ pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
         path: path.to_owned(),
         source,
     })?;
+    if file.metadata().is_ok_and(|meta| meta.len() == 0) {
+        return Err(foreign("it is empty; remove it".to_owned()));
+    }
     let stream = StreamReader::try_new(BufReader::new(file), None)
         .map_err(|error| foreign(error.to_string()))?;
     let identity = stream.schema().metadata().get(IDENTITY).cloned();
@@ -209,16 +233,64 @@ pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(
     if found == wanted {
         return Ok(());
     }
-    let pairs = found.lines().zip(wanted.lines());
-    let mut differing = pairs.filter(|(found, wanted)| found != wanted);
-    let difference = match differing.next() {
-        Some((found, wanted)) => format!("it has `{found}` where now there is `{wanted}`"),
-        None => "one scene is longer than the other".to_owned(),
-    };
+    let tables = [found, wanted].map(|text| text.parse::<toml::Table>().unwrap_or_default());
+    let [found, wanted] = &tables;
+    let difference =
+        difference("", found, wanted).unwrap_or_else(|| "it says otherwise".to_owned());
     Err(TableError::Another {
         path: path.to_owned(),
         difference,
     })
+}
+
+/// The first key whose values differ, with both.
+fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<String> {
+    let keys = found.keys().chain(wanted.keys());
+    let key = keys
+        .into_iter()
+        .find(|key| found.get(*key) != wanted.get(*key))?;
+    let path = format!("{path}{key}");
+    let pair = [found, wanted].map(|table| table.get(key));
+    match pair {
+        [Some(Value::Table(found)), Some(Value::Table(wanted))] => {
+            difference(&format!("{path}."), found, wanted)
+        }
+        [Some(Value::Array(found)), Some(Value::Array(wanted))]
+            if found.iter().chain(wanted).all(Value::is_table) =>
+        {
+            let both = found.iter().zip(wanted);
+            let mut both = both.filter_map(|(a, b)| Some((a.as_table()?, b.as_table()?)));
+            both.find_map(|(a, b)| difference(&format!("{path}."), a, b))
+                .or_else(|| Some(format!("`{path}` has {} and {}", found.len(), wanted.len())))
+        }
+        // A scene's text: the first line that differs.
+        [Some(Value::String(found)), Some(Value::String(wanted))] => {
+            let mut pairs = found.lines().zip(wanted.lines());
+            let [found, wanted] = match pairs.find(|(a, b)| a != b) {
+                Some((found, wanted)) => [found, wanted],
+                None => ["a scene", "a longer or shorter one"],
+            };
+            Some(format!(
+                "`{path}` has `{found}` where now there is `{wanted}`"
+            ))
+        }
+        pair => {
+            let [found, wanted] = pair.map(brief);
+            Some(format!("`{path}` is {found} where now it is {wanted}"))
+        }
+    }
+}
+
+/// A value in a few words.
+fn brief(value: Option<&Value>) -> String {
+    match value {
+        None => "not there".to_owned(),
+        Some(Value::Array(all)) if all.len() > 4 => {
+            let ends = [all.first(), all.last()].map(brief);
+            format!("{} values from {} to {}", all.len(), ends[0], ends[1])
+        }
+        Some(value) => value.to_string(),
+    }
 }
 
 /// Columns of the short table, beside the point's place.
@@ -259,10 +331,7 @@ pub fn write_csv(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result
         let axes = plan.axes.iter().map(|axis| axis.parameter().path());
         csv.write_record(["index", "start"].into_iter().chain(axes).chain(COLUMNS))?;
         for point in points {
-            let place = &point.place;
-            let values = place.values.iter().map(f64::to_string);
-            let head = [place.index.to_string(), place.start.to_string()];
-            csv.write_record(head.into_iter().chain(values).chain(cells(point)))?;
+            csv.write_record(record(point))?;
         }
         csv.flush()
     });
@@ -270,6 +339,56 @@ pub fn write_csv(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result
         path: path.to_owned(),
         source,
     })
+}
+
+/// A short table that points are added to, in the order in which they come.
+pub struct CsvWriter {
+    path: PathBuf,
+    csv: csv::Writer<File>,
+}
+
+impl CsvWriter {
+    /// Starts a table in place of a file of that name, with some points known already.
+    ///
+    /// # Errors
+    /// [`TableError::Write`].
+    pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
+        write_csv(path, plan, known)?;
+        let file = File::options().append(true).open(path);
+        let file = file.map_err(|source| TableError::Write {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            csv: csv::Writer::from_writer(file),
+        })
+    }
+
+    /// Adds a point; it is on its way to the disk when this returns.
+    ///
+    /// # Errors
+    /// [`TableError::Write`].
+    pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
+        let written = self
+            .csv
+            .write_record(record(point))
+            .map_err(io::Error::from);
+        written
+            .and_then(|()| self.csv.flush())
+            .map_err(|source| TableError::Write {
+                path: self.path.clone(),
+                source,
+            })
+    }
+}
+
+/// The line of a point.
+fn record(point: &SweepPoint) -> impl Iterator<Item = String> {
+    let place = &point.place;
+    let head = [place.index.to_string(), place.start.to_string()];
+    let values: Vec<String> = place.values.iter().map(f64::to_string).collect();
+    head.into_iter().chain(values).chain(cells(point))
 }
 
 /// The cells of [`COLUMNS`].
@@ -424,7 +543,7 @@ mod tests {
         let refused = read_table(&path).unwrap().check(&other, &path).unwrap_err();
         let words = refused.to_string();
         assert!(
-            words.contains("`starts = [\"up\"]` where now there is `starts = [\"down\"]`"),
+            words.contains("`starts` is [\"up\"] where now it is [\"down\"]"),
             "{words}"
         );
         std::fs::write(&path, "no table").unwrap();

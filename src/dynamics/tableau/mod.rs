@@ -7,36 +7,82 @@
 //! y(t + theta h) = y + h sum_i b_i(theta) k_i     0 <= theta <= 1
 //! ```
 //!
-//! Both methods are kept in first-same-as-last form: the last stage sits at the solution itself
-//! (`c_S = 1`, `a_S = b`), so that its slope is the first of the next step and costs nothing.
+//! All methods are kept in first-same-as-last form: the stage at the end sits at the solution itself
+//! (`c = 1`, `a = b`), so that its slope is the first of the next step and costs nothing. Stages
+//! after that one serve the dense output only, and are evaluated where it is asked for.
+
+mod dop853;
+
+pub(super) use dop853::DOP853;
+
+use super::control::{Gain, Rule};
 
 /// Coefficients of a method of `S` stages in first-same-as-last form.
 #[derive(Clone, Debug)]
 pub(super) struct Tableau<const S: usize> {
-    /// Nodes `c_i`, rising from 0 to 1.
+    /// Nodes `c_i`.
     pub nodes: [f64; S],
-    /// Weights `a_ij`, zero from the diagonal on; the last row is the solution's weights `b_j`.
+    /// The stage at the end of the step; those after it serve the dense output only.
+    pub end: usize,
+    /// Weights `a_ij`, zero from the diagonal on; the row of the end is the solution's weights `b_j`.
     pub stages: [[f64; S]; S],
-    /// Difference between the weights of the solution and those of the embedded method of one
-    /// order less; zero in a method without an error estimate.
+    /// Difference between the weights of the solution and those of an embedded method of a lower
+    /// order; zero in a method without an error estimate.
     pub error: [f64; S],
-    /// Dense output: `b_i(theta) = sum_k dense[i][k] theta^(k + 1)`.
-    pub dense: [[f64; 4]; S],
+    /// The same for a second embedded method of a still lower order, where there is one. With the sizes
+    /// `e` and `f` of the two estimates, the error is taken as `e^2 / sqrt(e^2 + (f / 10)^2)`.
+    pub coarse_error: Option<[f64; S]>,
+    /// Dense output: `b_i(theta) = sum_k dense[k][i] theta^(k + 1)`.
+    pub dense: &'static [[f64; S]],
+    /// What others have to know of the method.
+    pub rule: Rule,
 }
 
 impl<const S: usize> Tableau<S> {
     /// The dense output's weights `b_i(theta)`.
     pub fn weights(&self, theta: f64) -> [f64; S] {
-        self.dense
-            .map(|[b1, b2, b3, b4]| theta * (b1 + theta * (b2 + theta * (b3 + theta * b4))))
+        let mut weights = [0.0; S];
+        for power in self.dense.iter().rev() {
+            for (weight, coefficient) in weights.iter_mut().zip(power) {
+                *weight = (*weight + coefficient) * theta;
+            }
+        }
+        weights
     }
 }
+
+/// Coefficients of a quartic dense output by powers, from those by stages.
+const fn by_power<const S: usize>(stages: [[f64; 4]; S]) -> [[f64; S]; 4] {
+    let mut powers = [[0.0; S]; 4];
+    let mut i = 0;
+    while i < S {
+        let mut k = 0;
+        while k < 4 {
+            powers[k][i] = stages[i][k];
+            k += 1;
+        }
+        i += 1;
+    }
+    powers
+}
+
+/// The rule of pairs of order 5(4): constants of DOPRI5.
+pub(super) const RULE_54: Rule = Rule {
+    gain: Gain {
+        error: 0.17,
+        previous: 0.04,
+        rejection: 0.2,
+    },
+    pieces: 1,
+    is_stiff: false,
+};
 
 /// The pair of order 5(4) with dense output of order 4 from the same stages: C. Tsitouras,
 /// Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
 /// Comput. Math. Appl. 62 (2011) 770–775, Table 1 and its interpolant.
 pub(super) static TSIT54: Tableau<7> = Tableau {
     nodes: [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0],
+    end: 6,
     stages: [
         [0.0; 7],
         [0.161, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -95,40 +141,44 @@ pub(super) static TSIT54: Tableau<7> = Tableau {
         -0.458_082_105_929_186_97,
         1.0 / 66.0,
     ],
-    dense: [
-        [
-            1.0,
-            -2.763_706_197_274_826,
-            2.913_255_461_821_912_6,
-            -1.053_088_497_729_021_6,
-        ],
-        [0.0, 0.1317, -0.2234, 0.1017],
-        [
-            0.0,
-            3.930_296_236_894_751_6,
-            -5.941_033_872_131_505,
-            2.490_627_285_651_253,
-        ],
-        [
-            0.0,
-            -12.411_077_166_933_676,
-            30.338_188_630_282_32,
-            -16.548_102_889_244_902,
-        ],
-        [
-            0.0,
-            37.509_313_416_511_04,
-            -88.178_904_894_766_4,
-            47.379_521_962_819_28,
-        ],
-        [
-            0.0,
-            -27.896_526_289_197_286,
-            65.091_894_674_793_66,
-            -34.870_657_861_496_61,
-        ],
-        [0.0, 1.5, -4.0, 2.5],
-    ],
+    coarse_error: None,
+    dense: const {
+        &by_power([
+            [
+                1.0,
+                -2.763_706_197_274_826,
+                2.913_255_461_821_912_6,
+                -1.053_088_497_729_021_6,
+            ],
+            [0.0, 0.1317, -0.2234, 0.1017],
+            [
+                0.0,
+                3.930_296_236_894_751_6,
+                -5.941_033_872_131_505,
+                2.490_627_285_651_253,
+            ],
+            [
+                0.0,
+                -12.411_077_166_933_676,
+                30.338_188_630_282_32,
+                -16.548_102_889_244_902,
+            ],
+            [
+                0.0,
+                37.509_313_416_511_04,
+                -88.178_904_894_766_4,
+                47.379_521_962_819_28,
+            ],
+            [
+                0.0,
+                -27.896_526_289_197_286,
+                65.091_894_674_793_66,
+                -34.870_657_861_496_61,
+            ],
+            [0.0, 1.5, -4.0, 2.5],
+        ])
+    },
+    rule: RULE_54,
 };
 
 /// The classical method of order 4 (W. Kutta, Z. Math. Phys. 46 (1901) 435–453), with the cubic
@@ -136,6 +186,7 @@ pub(super) static TSIT54: Tableau<7> = Tableau {
 /// `O(h^4)`, as is the method's global one.
 pub(super) static RK4: Tableau<5> = Tableau {
     nodes: [0.0, 0.5, 0.5, 1.0, 1.0],
+    end: 4,
     stages: [
         [0.0; 5],
         [0.5, 0.0, 0.0, 0.0, 0.0],
@@ -144,13 +195,17 @@ pub(super) static RK4: Tableau<5> = Tableau {
         [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 0.0],
     ],
     error: [0.0; 5],
-    dense: [
-        [1.0, -1.5, 2.0 / 3.0, 0.0],
-        [0.0, 1.0, -2.0 / 3.0, 0.0],
-        [0.0, 1.0, -2.0 / 3.0, 0.0],
-        [0.0, 0.5, -1.0 / 3.0, 0.0],
-        [0.0, -1.0, 1.0, 0.0],
-    ],
+    coarse_error: None,
+    dense: const {
+        &by_power([
+            [1.0, -1.5, 2.0 / 3.0, 0.0],
+            [0.0, 1.0, -2.0 / 3.0, 0.0],
+            [0.0, 1.0, -2.0 / 3.0, 0.0],
+            [0.0, 0.5, -1.0 / 3.0, 0.0],
+            [0.0, -1.0, 1.0, 0.0],
+        ])
+    },
+    rule: RULE_54,
 };
 
 #[cfg(test)]
@@ -213,8 +268,9 @@ mod tests {
 
     fn has_its_form<const S: usize>(tableau: &Tableau<S>) {
         for (i, row) in tableau.stages.iter().enumerate() {
+            let size = row.iter().fold(1.0_f64, |max, a| max.max(a.abs()));
             assert!(
-                (row.iter().sum::<f64>() - tableau.nodes[i]).abs() < 1e-14,
+                (row.iter().sum::<f64>() - tableau.nodes[i]).abs() < 1e-15 * size,
                 "row {i}"
             );
             assert!(
@@ -222,12 +278,11 @@ mod tests {
                 "row {i} is not explicit"
             );
         }
-        assert!(tableau.nodes.is_sorted());
-        assert_eq!(tableau.nodes[S - 1], 1.0);
+        assert_eq!(tableau.nodes[tableau.end], 1.0);
         for (i, (at_end, b)) in tableau
             .weights(1.0)
             .iter()
-            .zip(&tableau.stages[S - 1])
+            .zip(&tableau.stages[tableau.end])
             .enumerate()
         {
             assert!(
@@ -241,11 +296,12 @@ mod tests {
     fn rows_sum_to_nodes_and_the_last_stage_is_the_solution() {
         has_its_form(&TSIT54);
         has_its_form(&RK4);
+        has_its_form(&DOP853);
     }
 
     #[test]
     fn tsit54_is_of_order_five_with_a_companion_of_order_four() {
-        let b = TSIT54.stages[6];
+        let b = TSIT54.stages[TSIT54.end];
         assert!(
             worst(&TSIT54, &b, 1.0, 5) < 2e-15,
             "{:?}",
@@ -272,8 +328,37 @@ mod tests {
     }
 
     #[test]
+    fn dop853_meets_the_conditions_with_companions_of_orders_five_and_three() {
+        let b = DOP853.stages[DOP853.end];
+        assert!(worst(&DOP853, &b, 1.0, 5) < 1e-13);
+        // Of a method that has stage order 3 from its sixth stage on, and the quadratures.
+        let quadrature = |order: i32| {
+            let moments = b
+                .iter()
+                .zip(&DOP853.nodes)
+                .map(|(b, c)| b * c.powi(order - 1));
+            (moments.sum::<f64>() - 1.0 / f64::from(order)).abs()
+        };
+        assert!((1..=8).all(|order| quadrature(order) < 1e-14));
+        assert!(quadrature(9) > 1e-6);
+        for (error, order) in [(DOP853.error, 5), (DOP853.coarse_error.unwrap(), 3)] {
+            let companion = std::array::from_fn(|i| b[i] - error[i]);
+            assert!(worst(&DOP853, &companion, 1.0, order) < 1e-13);
+            assert!(error.iter().any(|e| e.abs() > 1e-3));
+        }
+        for k in 0..=20 {
+            let theta = f64::from(k) / 20.0;
+            let weights = DOP853.weights(theta);
+            assert!(
+                worst(&DOP853, &weights, theta, 5) < 1e-12,
+                "theta = {theta}"
+            );
+        }
+    }
+
+    #[test]
     fn rk4_is_of_order_four_with_dense_output_of_order_three() {
-        let b = RK4.stages[4];
+        let b = RK4.stages[RK4.end];
         assert!(worst(&RK4, &b, 1.0, 4) < 1e-15);
         assert!(worst(&RK4, &b, 1.0, 5) > 1e-3);
         for k in 0..=20 {

@@ -1,0 +1,254 @@
+//! The linear systems of an implicit step: `(s - J) x = r`.
+//!
+//! With the state's structure, `q' = v`, the rows of the deflections are solved by hand,
+//! `x_q = (r_q + x_v) / s`. What is left are as many equations as there are modes and first-order
+//! components, a half of the state, by elimination with row exchanges (G. H. Golub, C. F. Van Loan,
+//! Matrix Computations, 4th ed., 2013, Section 3.4).
+
+use crate::dynamics::System;
+use crate::dynamics::stepper::differentiable;
+
+/// The Jacobian at a state, and the factors of `s - J` reduced.
+#[derive(Clone, Debug)]
+pub(super) struct Resolvent {
+    modes: usize,
+    /// Rows of the reduced matrix: modes and first-order components without quadratures.
+    rows: usize,
+    /// `d[f | g]/dz`, `rows x (modes + rows)`, row-major.
+    force: Vec<f64>,
+    /// `omega_i^2`, 1/s^2, and `2 zeta_i omega_i`, 1/s: the linear part.
+    linear: Vec<[f64; 2]>,
+    identity: Vec<f64>,
+    /// `s`, 1/s.
+    shift: f64,
+    /// The factors, `rows x rows`, row-major; ones on the lower one's diagonal are not kept.
+    factors: Vec<f64>,
+    /// With which row each one has been exchanged.
+    exchanged: Vec<usize>,
+    /// A direction that the force's derivative stretches most, of those tried so far.
+    direction: Vec<f64>,
+    image: Vec<f64>,
+}
+
+impl Resolvent {
+    pub fn new<Y: System + ?Sized>(sys: &Y) -> Self {
+        let (modes, n) = (sys.modes(), sys.tangent_dim());
+        let rows = n - modes;
+        let mut identity = vec![0.0; n * n];
+        identity.iter_mut().step_by(n + 1).for_each(|x| *x = 1.0);
+        Self {
+            modes,
+            rows,
+            force: vec![0.0; rows * n],
+            linear: vec![[0.0; 2]; modes],
+            identity,
+            shift: 1.0,
+            factors: vec![0.0; rows * rows],
+            exchanged: vec![0; rows],
+            // Any direction will do that is not orthogonal to the one sought.
+            direction: (0..rows).map(|i| 1.0 / (1.0 + i as f64)).collect(),
+            image: vec![0.0; rows],
+        }
+    }
+
+    /// Takes the Jacobian from a record.
+    pub fn read<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, record: &mut [f64]) {
+        let n = self.modes + self.rows;
+        differentiable(sys).product(status, record, &self.identity, n, &mut self.force);
+        for (i, linear) in self.linear.iter_mut().enumerate() {
+            let omega = sys.omega()[i];
+            let ratio = sys.damping().get(i).copied().unwrap_or(0.0);
+            *linear = [omega * omega, 2.0 * ratio * omega];
+        }
+    }
+
+    /// Factors `s - J`. Where that is singular, solutions are not finite.
+    pub fn factor(&mut self, shift: f64) {
+        self.shift = shift;
+        let (m, rows) = (self.modes, self.rows);
+        let n = m + rows;
+        let lines = self.factors.chunks_exact_mut(rows);
+        for (i, (line, force)) in lines.zip(self.force.chunks_exact(n)).enumerate() {
+            for (out, force) in line.iter_mut().zip(&force[m..]) {
+                *out = -force;
+            }
+            for (out, force) in line.iter_mut().zip(&force[..m]) {
+                *out -= force / shift;
+            }
+            line[i] += shift;
+            if let Some([stiffness, decay]) = self.linear.get(i) {
+                line[i] += decay + stiffness / shift;
+            }
+        }
+        for k in 0..rows {
+            let size = |i: usize| self.factors[i * rows + k].abs();
+            let pivot = (k..rows).fold(k, |best, i| if size(i) > size(best) { i } else { best });
+            self.exchanged[k] = pivot;
+            for j in 0..rows {
+                self.factors.swap(k * rows + j, pivot * rows + j);
+            }
+            let (upper, lower) = self.factors.split_at_mut((k + 1) * rows);
+            let head = &upper[k * rows..];
+            for line in lower.chunks_exact_mut(rows) {
+                let factor = line[k] / head[k];
+                line[k] = factor;
+                for (x, y) in line[k + 1..].iter_mut().zip(&head[k + 1..]) {
+                    *x -= factor * y;
+                }
+            }
+        }
+    }
+
+    /// Replaces `width` right sides, side by side, by the solutions.
+    pub fn solve(&self, x: &mut [f64], width: usize) {
+        let (m, rows, shift) = (self.modes, self.rows, self.shift);
+        let (q, rest) = x.split_at_mut(m * width);
+        for (i, force) in self.force.chunks_exact(m + rows).enumerate() {
+            let out = &mut rest[i * width..][..width];
+            for (j, force) in force[..m].iter().enumerate() {
+                add(out, force / shift, &q[j * width..][..width]);
+            }
+            if let Some([stiffness, _]) = self.linear.get(i) {
+                add(out, -stiffness / shift, &q[i * width..][..width]);
+            }
+        }
+        for (k, &pivot) in self.exchanged.iter().enumerate() {
+            for l in 0..width {
+                rest.swap(k * width + l, pivot * width + l);
+            }
+        }
+        for i in 0..rows {
+            let (done, line) = rest.split_at_mut(i * width);
+            for (j, done) in done.chunks_exact(width).enumerate() {
+                add(&mut line[..width], -self.factors[i * rows + j], done);
+            }
+        }
+        for i in (0..rows).rev() {
+            let (line, done) = rest[i * width..].split_at_mut(width);
+            for (j, done) in done.chunks_exact(width).enumerate() {
+                add(line, -self.factors[i * rows + i + 1 + j], done);
+            }
+            line.iter_mut()
+                .for_each(|x| *x /= self.factors[i * rows + i]);
+        }
+        for (q, v) in q.iter_mut().zip(&*rest) {
+            *q = (*q + v) / shift;
+        }
+    }
+
+    /// About the fastest rate (1/s) at which the force drives velocities and first-order components:
+    /// two steps of the power method, from where it has come before.
+    pub fn fastest_rate(&mut self) -> f64 {
+        let (m, rows) = (self.modes, self.rows);
+        let mut rate = 0.0;
+        for _ in 0..2 {
+            let lines = self.force.chunks_exact(m + rows);
+            for (out, force) in self.image.iter_mut().zip(lines) {
+                *out = force[m..]
+                    .iter()
+                    .zip(&self.direction)
+                    .map(|(a, b)| a * b)
+                    .sum();
+            }
+            let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let (before, after) = (length(&self.direction), length(&self.image));
+            rate = after / before;
+            if after > 0.0 && after.is_finite() {
+                // A little of the old one: it is never orthogonal to what may come to be the fastest.
+                for (x, y) in self.direction.iter_mut().zip(&self.image) {
+                    *x = 0.03 * *x / before + y / after;
+                }
+            }
+        }
+        rate
+    }
+}
+
+/// Adds `factor` times `other`.
+fn add(line: &mut [f64], factor: f64, other: &[f64]) {
+    for (x, y) in line.iter_mut().zip(other) {
+        *x += factor * y;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::Differentiable;
+
+    /// Two damped modes and a first-order component under a linear force.
+    struct Coupled;
+
+    const FORCE: [[f64; 5]; 3] = [
+        [0.3, -1.0, 0.0, 2.0, 0.7],
+        [0.1, 0.4, -3.0, -0.2, 0.0],
+        [1.0, 0.0, 0.5, -0.6, -4.0],
+    ];
+
+    impl System for Coupled {
+        fn omega(&self) -> &[f64] {
+            &[1.5, 4.0]
+        }
+        fn damping(&self) -> &[f64] {
+            &[0.1, 0.0]
+        }
+        fn first_order(&self) -> usize {
+            1
+        }
+        fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
+            self.product(None, &mut [], z, 1, out);
+        }
+        fn differentiable(&self) -> Option<&dyn Differentiable> {
+            Some(self)
+        }
+    }
+
+    impl Differentiable for Coupled {
+        fn product(
+            &self,
+            _status: Option<&[u8]>,
+            _record: &mut [f64],
+            vectors: &[f64],
+            width: usize,
+            out: &mut [f64],
+        ) {
+            for (i, row) in FORCE.iter().enumerate() {
+                for l in 0..width {
+                    let vector = vectors.iter().skip(l).step_by(width);
+                    out[i * width + l] = row.iter().zip(vector).map(|(a, b)| a * b).sum();
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn solutions_solve_the_whole_system() {
+        let mut resolvent = Resolvent::new(&Coupled);
+        resolvent.read(&Coupled, None, &mut [0.0; 6]);
+        // The second shift makes the reduced matrix exchange rows.
+        for shift in [20.0, 0.05, -3.0] {
+            resolvent.factor(shift);
+            let right: Vec<f64> = (0..10).map(|k| f64::from(k * k % 7) - 2.5).collect();
+            let mut x = right.clone();
+            resolvent.solve(&mut x, 2);
+            for l in 0..2 {
+                let z: Vec<f64> = x.iter().skip(l).step_by(2).copied().collect();
+                let mut slope = [0.0; 5];
+                Coupled.rhs(0.0, &z, &mut slope);
+                for c in 0..5 {
+                    let left = shift * z[c] - slope[c];
+                    assert!((left - right[2 * c + l]).abs() < 1e-12, "{shift}: {left}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_fastest_rate_is_found() {
+        let mut resolvent = Resolvent::new(&Coupled);
+        resolvent.read(&Coupled, None, &mut [0.0; 6]);
+        let rates: Vec<f64> = (0..30).map(|_| resolvent.fastest_rate()).collect();
+        // The eigenvalue of largest size of the velocities' and the component's block.
+        assert!((rates[29] - 4.07).abs() < 0.1, "{rates:?}");
+    }
+}

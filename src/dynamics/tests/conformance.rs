@@ -1,0 +1,373 @@
+//! What every method has to pass, driven over the one table of them.
+//!
+//! The hard cases, events, jumps, tangents and neighbours beside this file go over the same table.
+//! That a step allocates nothing is shown by a test of its own, with a counting allocator.
+
+use super::events::{run_exact, three_springs};
+use super::jumps::{BOUNCING, DAMPED, bouncing_exact, damped_exact};
+use super::reference::{extrapolated, extrapolated_from, unilateral};
+use super::systems::{Duffing, Lorenz};
+use super::*;
+use crate::dynamics::{Differentiable, DynamicsError};
+
+/// How far an order measured may be below the one promised.
+const SHORT: f64 = 0.35;
+
+/// The methods with their numbers.
+fn promises() -> impl Iterator<Item = (usize, &'static Promise)> {
+    METHODS.iter().enumerate()
+}
+
+/// The error at steps that are halved from one to the next.
+fn errors<const N: usize>(k: usize, longest: f64, error: impl Fn(Method) -> f64) -> [f64; N] {
+    std::array::from_fn(|n| error(equal_steps(longest / f64::from(1 << n))[k]))
+}
+
+/// Checks the order by those errors that are above what the reference and rounding are good for.
+fn check(promise: &Promise, what: &str, errors: &[f64], floor: f64, least: f64) {
+    let good = errors.iter().take_while(|error| **error > floor).count();
+    let name = promise.name;
+    assert!(good > 1, "{name}, {what}: {errors:?}");
+    let order = fitted_order(&errors[..good]);
+    assert!(
+        order > least - SHORT,
+        "{name}, {what}: {order:.2} by {errors:?}"
+    );
+    println!("{name:<10} {what:<20} {order:.2}");
+}
+
+#[test]
+fn the_order_on_smooth_problems_is_the_one_promised() {
+    let (z0, t) = (Duffing::START, 6.0);
+    let exact = extrapolated(&Duffing, &z0, t, 60);
+    let doubt = distance(&exact, &extrapolated(&Duffing, &z0, t, 90));
+    assert!(doubt < 3e-13, "{doubt:e}");
+    for (k, promise) in promises() {
+        let errors: [f64; 3] = errors(k, promise.step, |method| {
+            distance(run(method, &Duffing, &z0, t).state(), &exact)
+        });
+        check(promise, "smooth", &errors, 1e-12, promise.order);
+    }
+}
+
+#[test]
+fn the_order_on_first_order_systems_is_the_one_promised() {
+    let (z0, t) = (Lorenz::START, 1.0);
+    let exact = extrapolated(&Lorenz, &z0, t, 100);
+    for (k, promise) in promises() {
+        let errors: [f64; 3] = errors(k, 0.016 * promise.order * promise.step, |method| {
+            distance(run(method, &Lorenz, &z0, t).state(), &exact)
+        });
+        check(promise, "first order", &errors, 1e-11, promise.order);
+    }
+}
+
+#[test]
+fn the_error_follows_the_tolerance_and_all_methods_meet() {
+    let (z0, t) = (Duffing::START, 20.0);
+    let exact = extrapolated(&Duffing, &z0, t, 300);
+    for (relative, step) in [(1e-6, 2e-2), (1e-8, 6e-3), (1e-10, 2e-3), (1e-12, 6e-4)] {
+        for method in all_methods(relative, 1.0, step) {
+            let integrator = run(method, &Duffing, &z0, t);
+            let error = distance(integrator.state(), &exact);
+            assert!(error < 100.0 * relative, "{method:?}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn with_kinks_the_full_order_is_reached_by_stopping_and_only_so() {
+    // The error at several times, since by chance it may be small at one.
+    let times: [f64; 8] = std::array::from_fn(|k| 1.5 * (k + 1) as f64);
+    let exact = times.map(|t| unilateral(&super::events::START, t));
+    let springs = three_springs();
+    for (k, promise) in promises() {
+        let errors = |stops: bool| -> [f64; 4] {
+            errors(k, promise.step, |method| {
+                let mut integrator = Integrator::new(method, &springs).unwrap();
+                if stops {
+                    integrator = integrator.with_events(&springs).unwrap();
+                }
+                integrator
+                    .start(&springs, 0.0, &super::events::START)
+                    .unwrap();
+                let pairs = times.iter().zip(&exact);
+                let error = pairs.map(|(t, exact)| {
+                    integrator.land(&springs, *t).unwrap();
+                    distance(integrator.state(), exact)
+                });
+                error.sum()
+            })
+        };
+        let (stopped, through) = (errors(true), errors(false));
+        check(promise, "kinks", &stopped, 1e-11, promise.order);
+        let order = fitted_order(&through);
+        assert!(order < 3.5, "{}: {order} by {through:?}", promise.name);
+        assert!(through[3] > 10.0 * stopped[3], "{through:?} {stopped:?}");
+    }
+}
+
+#[test]
+fn with_resets_the_full_order_is_reached() {
+    // The error from several starts, since by chance it may be small from one.
+    let end = 8.0;
+    let starts: [[f64; 2]; 8] = std::array::from_fn(|k| [0.3 + 0.1 * k as f64, 0.2]);
+    let exact = starts.map(|z0| bouncing_exact(z0, end));
+    for (k, promise) in promises() {
+        let errors: [f64; 3] = errors(k, promise.step, |method| {
+            let pairs = starts.iter().zip(&exact);
+            let error = pairs
+                .map(|(z0, exact)| distance(run_exact(method, &BOUNCING, z0, end).state(), exact));
+            error.sum()
+        });
+        check(promise, "resets", &errors, 1e-12, promise.order);
+    }
+}
+
+#[test]
+fn with_force_jumps_the_full_order_is_reached_by_stopping_and_only_so() {
+    let (z0, end) = ([0.5, 0.0], 15.0);
+    let exact = damped_exact(z0, end);
+    for (k, promise) in promises() {
+        let stopped: [f64; 4] = errors(k, promise.step, |method| {
+            distance(run_exact(method, &DAMPED, &z0, end).state(), &exact)
+        });
+        check(promise, "force jumps", &stopped, 1e-12, promise.order);
+        let through: [f64; 4] = errors(k, promise.step, |method| {
+            distance(run(method, &DAMPED, &z0, end).state(), &exact)
+        });
+        let order = fitted_order(&through);
+        assert!(order < 3.5, "{}: {order} by {through:?}", promise.name);
+    }
+}
+
+/// An integrator whose next step is a full one: the first steps after a start are shorter.
+fn rolling(method: Method) -> Integrator {
+    run(method, &Duffing, &Duffing::START, 1.0)
+}
+
+#[test]
+fn the_dense_outputs_local_error_is_one_order_above_its_order() {
+    for (k, promise) in promises() {
+        let errors: [f64; 3] = errors(k, promise.step, |method| {
+            let mut integrator = rolling(method);
+            let (z0, h) = (integrator.state().to_vec(), integrator.step_size());
+            let mut z = [0.0; 7];
+            (1..10).fold(0.0, |worst, place| {
+                let t = 1.0 + 0.1 * f64::from(place) * h;
+                integrator.sample(&Duffing, t, &mut z).unwrap();
+                let exact = extrapolated_from(&Duffing, 1.0, &z0, t, 2);
+                f64::max(worst, distance(&z, &exact))
+            })
+        });
+        check(promise, "dense", &errors, 1e-13, promise.dense + 1.0);
+    }
+}
+
+#[test]
+fn samples_are_continuous_with_their_slope_across_steps() {
+    for method in equal_steps(0.125) {
+        let mut integrator = rolling(method);
+        let mut z = [[0.0; 7]; 3];
+        let close = 1e-6;
+        for step in 1..20 {
+            let t = 1.0 + 0.125 * f64::from(step);
+            for (z, t) in z.iter_mut().zip([t - close, t, t + close]) {
+                integrator.sample(&Duffing, t, z).unwrap();
+            }
+            for (c, before) in z[0].iter().enumerate() {
+                let slopes = [z[1][c] - before, z[2][c] - z[1][c]].map(|x| x / close);
+                let jump = (slopes[1] - slopes[0]).abs();
+                // What the slope changes by itself, and what of it the dense output does not know.
+                assert!(jump < 2e-3, "{method:?} at {t}, {c}: {slopes:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn dense_output_meets_both_ends_of_a_step() {
+    for method in equal_steps(0.25) {
+        let mut integrator = rolling(method);
+        let (start, mut z) = (integrator.state().to_vec(), [0.0; 7]);
+        integrator.sample(&Duffing, 1.0 + 1e-15, &mut z).unwrap();
+        assert!(distance(&z, &start) < 1e-14);
+        integrator.sample(&Duffing, 1.25, &mut z).unwrap();
+        assert_eq!(z, integrator.state());
+        integrator.sample(&Duffing, 1.25 - 1e-15, &mut z).unwrap();
+        assert!(distance(&z, integrator.state()) < 2e-13, "{method:?}");
+        integrator.sample(&Duffing, 1.0, &mut z).unwrap();
+        assert_eq!(z, start[..]);
+    }
+}
+
+#[test]
+fn a_restart_changes_nothing() {
+    // Steps whose ends are exact numbers, so that the landings fall on them.
+    for method in equal_steps(0.0625) {
+        let mut straight = rolling(method);
+        straight.land(&Duffing, 8.0).unwrap();
+        let mut again = rolling(method);
+        for k in 2..=8 {
+            again.land(&Duffing, f64::from(k)).unwrap();
+            again.restart(&Duffing).unwrap();
+        }
+        assert_eq!(straight.state(), again.state(), "{method:?}");
+        assert_eq!(straight.tally().steps, again.tally().steps);
+    }
+    for method in adaptive_methods(1e-10, 0.5) {
+        let straight = run_exact(method, &three_springs(), &super::events::START, 9.0);
+        let mut again = run_exact(method, &three_springs(), &super::events::START, 0.0);
+        for k in 1..=20 {
+            again.land(&three_springs(), 0.45 * f64::from(k)).unwrap();
+            again.restart(&three_springs()).unwrap();
+        }
+        let error = distance(straight.state(), again.state());
+        assert!(error < 1e-8, "{method:?}: {error:e}");
+    }
+}
+
+/// A system with the time turned round: its state is `[q | -q' | w]`.
+struct Backward<'a, Y>(&'a Y, Vec<f64>);
+
+impl<Y: System> System for Backward<'_, Y> {
+    fn omega(&self) -> &[f64] {
+        self.0.omega()
+    }
+    fn damping(&self) -> &[f64] {
+        &self.1
+    }
+    fn first_order(&self) -> usize {
+        self.0.first_order()
+    }
+    fn quadratures(&self) -> usize {
+        self.0.quadratures()
+    }
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        let m = self.modes();
+        let mut z = z.to_vec();
+        z[m..2 * m].iter_mut().for_each(|v| *v = -*v);
+        self.0.force(-t, &z, out);
+        out[m..].iter_mut().for_each(|g| *g = -*g);
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+}
+
+impl<Y: System> Differentiable for Backward<'_, Y> {
+    fn product(
+        &self,
+        status: Option<&[u8]>,
+        record: &mut [f64],
+        vectors: &[f64],
+        width: usize,
+        out: &mut [f64],
+    ) {
+        let m = self.modes();
+        let mut z = record.to_vec();
+        z[0] = -z[0];
+        z[1 + m..1 + 2 * m].iter_mut().for_each(|v| *v = -*v);
+        let mut vectors = vectors.to_vec();
+        let velocities = &mut vectors[m * width..2 * m * width];
+        velocities.iter_mut().for_each(|v| *v = -*v);
+        let derivative = self.0.differentiable().unwrap();
+        derivative.product(status, &mut z, &vectors, width, out);
+        out[m * width..].iter_mut().for_each(|g| *g = -*g);
+    }
+    fn time_derivative(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
+        let derivative = self.0.differentiable().unwrap();
+        derivative.time_derivative(status, -t, z, out);
+        out[..self.modes()].iter_mut().for_each(|f| *f = -*f);
+    }
+}
+
+/// The integrator goes forward only, and says so; a system can be turned round in time, and every
+/// method leads it back to where it came from.
+#[test]
+fn a_system_turned_round_comes_back() {
+    let backward = Backward(
+        &Duffing,
+        Duffing.damping().iter().map(|zeta| -zeta).collect(),
+    );
+    let turned = |z: &[f64]| {
+        let mut z = z.to_vec();
+        z[3..6].iter_mut().for_each(|v| *v = -*v);
+        z
+    };
+    for method in all_methods(1e-10, 0.5, 1e-3) {
+        let mut there = run(method, &Duffing, &Duffing::START, 5.0);
+        assert!(matches!(
+            there.land(&Duffing, 0.0),
+            Err(DynamicsError::Time { .. })
+        ));
+        let mut back = Integrator::new(method, &backward).unwrap();
+        back.start(&backward, -5.0, &turned(there.state())).unwrap();
+        back.land(&backward, 0.0).unwrap();
+        let error = distance(&turned(back.state()), &Duffing::START);
+        assert!(error < 1e-8, "{method:?}: {error:e}");
+    }
+}
+
+#[test]
+fn what_a_method_needs_is_named_where_it_is_missing() {
+    struct Bare;
+    impl System for Bare {
+        fn omega(&self) -> &[f64] {
+            &[1.0]
+        }
+        fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
+            out.fill(0.0);
+        }
+    }
+    for promise in &METHODS {
+        let method = (promise.method)(Accuracy::relative(1e-6), 0.1);
+        let needs = matches!(method, Method::Rodas5p { .. } | Method::Auto { .. });
+        match Integrator::new(method, &Bare) {
+            Ok(_) => assert!(!needs),
+            Err(error) => {
+                assert!(needs && matches!(error, DynamicsError::Lacks { .. }));
+                assert!(error.to_string().contains("implicit"), "{error}");
+            }
+        }
+    }
+}
+
+/// Numbers that a state or a force may hold, tame and wild.
+const SPICES: [f64; 10] = [
+    0.0,
+    -0.0,
+    5e-324,
+    -1e-310,
+    1e-160,
+    1.0,
+    -1e150,
+    1e300,
+    f64::INFINITY,
+    f64::NAN,
+];
+
+#[test]
+fn spicy_states_go_through_or_are_the_one_error() {
+    let springs = three_springs();
+    for method in all_methods(1e-6, 0.25, 0.05) {
+        for (spice, component) in SPICES.iter().flat_map(|x| (0..6).map(move |c| (*x, c))) {
+            let mut start = super::events::START;
+            start[component] = spice;
+            let mut integrator = Integrator::new(method, &springs).unwrap();
+            let result = integrator
+                .start(&springs, 0.0, &start)
+                .and_then(|()| integrator.land(&springs, 2.0));
+            match result {
+                Ok(()) => {
+                    assert!(spice.is_finite());
+                    assert!(integrator.state().iter().all(|x| x.is_finite()));
+                }
+                Err(error) => {
+                    let named = matches!(error, DynamicsError::NonFinite { .. });
+                    assert!(!spice.is_finite() && named, "{method:?} {spice}: {error:?}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! What exponential methods alone promise.
+
+use super::reference::extrapolated;
+use super::systems::{Free, Lorenz};
+use super::*;
+
+#[test]
+fn without_modes_both_pictures_are_the_same_method() {
+    let [lawson, tsit, dop, lawson8, ..] = adaptive_methods(1e-7, 0.1);
+    for (exponential, plain) in [(lawson, tsit), (lawson8, dop)] {
+        let (exponential, plain) = (
+            run(exponential, &Lorenz, &Lorenz::START, 5.0),
+            run(plain, &Lorenz, &Lorenz::START, 5.0),
+        );
+        assert_eq!(exponential.state(), plain.state());
+        assert_eq!(exponential.tally(), plain.tally());
+    }
+}
+
+#[test]
+fn lawson_takes_free_vibration_exactly_at_huge_steps() {
+    let free = Free {
+        omega: vec![3.0, 41.0, 7.5, 0.0, 19.0],
+        damping: vec![0.0, 1e-4, 0.02, 0.0, 0.999],
+    };
+    let z0 = [1.0, 0.5, -2.0, 0.3, 0.7, -0.2, 4.0, 3.0, 1e-3, -5.0];
+    let [lawson, _, _, lawson8, ..] = adaptive_methods(1e-9, 250.0);
+    for method in [lawson, lawson8] {
+        let mut integrator = Integrator::new(method, &free).unwrap();
+        integrator.start(&free, 0.0, &z0).unwrap();
+        let mut z = [0.0; 10];
+        for k in 0..=200 {
+            let t = 2.5 * f64::from(k);
+            integrator.sample(&free, t, &mut z).unwrap();
+            // The phase omega t is itself only known to its rounding, about 41 * 500 * 1e-16.
+            assert!(
+                distance(&z, &free.exact(&z0, t)) < 1e-9,
+                "t = {t}: {z:?} {:?}",
+                free.exact(&z0, t)
+            );
+        }
+        assert_eq!(integrator.tally().rejections, 0);
+        // The most damped mode allows 300 / (0.999 * 19) = 15.8.
+        assert_eq!(integrator.tally().steps, 32);
+    }
+}
+
+#[test]
+fn lawson_needs_far_fewer_calls_where_the_force_is_weak() {
+    let [lawson, tsit, ..] = adaptive_methods(1e-8, 1.0);
+    let weak = systems::Forced {
+        omega: [10.0],
+        force: |_, q: f64, _| -q.powi(3),
+    };
+    let (lawson, tsit) = (
+        run(lawson, &weak, &[1.0, 0.0], 30.0),
+        run(tsit, &weak, &[1.0, 0.0], 30.0),
+    );
+    let exact = extrapolated(&weak, &[1.0, 0.0], 30.0, 1000);
+    assert!(2 * lawson.tally().calls < tsit.tally().calls);
+    assert!(distance(lawson.state(), &exact) <= distance(tsit.state(), &exact));
+}
