@@ -63,7 +63,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     )?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
-        progress.show(share, || knob.name().to_owned());
+        progress.tell(share, knob.name().to_owned());
         !stop.load(Ordering::Relaxed)
     });
     drop(progress);
@@ -261,5 +261,104 @@ fn short(value: f64) -> String {
     match value {
         value if (1e-2..1e6).contains(&value) => format!("{value}"),
         value => format!("{value:.1e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::cost::CostPoint;
+
+    fn point(seconds: f64, error: Result<f64, String>) -> CostPoint {
+        CostPoint {
+            value: 1e-4,
+            seconds,
+            calls: 2000,
+            error,
+        }
+    }
+
+    /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
+    fn turned(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cause> {
+        if !watch(Knob::Integrator, 0.5) {
+            return Ok(None);
+        }
+        let set = |family: &str, points| CostSet {
+            knob: Knob::Integrator,
+            family: family.to_owned(),
+            turned: "tolerance",
+            floor: Some(1e-10),
+            points,
+        };
+        Ok(Some(CostStudy {
+            scene: plan.scene.name.clone(),
+            horizon: plan.horizon,
+            exponent: None,
+            sets: vec![
+                set("lawson54", vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))]),
+                set("dop853", vec![point(5e-4, Err("it \"blew\" up".to_owned()))]),
+            ],
+        }))
+    }
+
+    const TOOLS: Tools = Tools {
+        cost: turned,
+        draw: |study| {
+            Ok(vec![Drawn {
+                name: "cost-integrator".to_owned(),
+                svg: study.scene.clone(),
+                png: Vec::new(),
+            }])
+        },
+    };
+
+    fn args(folder: &std::path::Path) -> CostArgs {
+        CostArgs {
+            scene: Some("torus-3deg".to_owned()),
+            only: Vec::new(),
+            repeats: 1,
+            horizon: 2.0,
+            out: folder.join("cost"),
+            write: Some(folder.join("mine.toml")),
+            json: Some(folder.join("cost.json")),
+        }
+    }
+
+    #[test]
+    fn the_cheapest_setting_is_advised_and_the_scene_takes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        execute(&args(folder.path()), &go, &TOOLS).unwrap();
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&read("cost.json")).unwrap();
+        let advice = json["advice"].as_array().unwrap();
+        let targets: Vec<f64> = advice.iter().map(|a| a["target"].as_f64().unwrap()).collect();
+        assert_eq!(targets, [1e-2, 1e-3, 1e-4, 1e-6]);
+        assert_eq!(advice[0]["cpu_ms"], serde_json::Value::Null);
+        assert_eq!((&advice[0]["seconds"], &advice[3]["seconds"]), (&1e-3.into(), &2e-3.into()));
+        assert_eq!(json["sets"][1]["points"][0]["error"], serde_json::Value::Null);
+        let csv = read("cost/cost.csv");
+        assert_eq!(csv.lines().count(), 4, "{csv}");
+        assert!(csv.contains("\"it 'blew' up\""), "{csv}");
+        let mine = folder.path().join("mine.toml");
+        let scene = Scene::load(&mine.to_string_lossy()).unwrap();
+        assert_eq!(scene.advice.len(), 4);
+        assert_eq!(scene.with_accuracy(1e-5).unwrap().integrator.tolerance, 1e-4);
+    }
+
+    #[test]
+    fn what_a_scene_does_not_have_is_refused_and_a_stop_is_heeded() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        let small = CostArgs {
+            scene: Some("impact-oscillator".to_owned()),
+            only: vec![super::super::args::OneKnob::Nodes],
+            ..args(folder.path())
+        };
+        assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        let stop = AtomicBool::new(true);
+        let stopped = execute(&args(folder.path()), &stop, &TOOLS).unwrap_err();
+        assert_eq!(stopped.exit_code(), 130);
+        assert!(!folder.path().join("cost").exists());
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
 use crate::joint::{BallJoint, Quadrature};
 use crate::pipeline::{Prepared, prepare_on};
-use crate::scene::{Events, Method, Scene};
+use crate::scene::{Events, LONGEST_STEP, Method, Scene};
 use crate::study::response::{From, ResponsePlan, response};
 
 /// Tells the share of the work that is done, and whether to go on.
@@ -16,9 +16,6 @@ const SPACING: f64 = 20e-6;
 
 /// Error allowed in a step of the reference, and of the other one that tells the reference's own error.
 const REFERENCE: f64 = 1e-12;
-
-/// The longest step of methods that choose theirs, s: a limit in the way of none.
-const LONGEST: f64 = 1e-4;
 
 /// Tolerances tried: `10^-k`.
 const TOLERANCES: std::ops::RangeInclusive<i32> = 2..=10;
@@ -128,7 +125,7 @@ fn with(scene: &Scene, method: Method, value: f64, events: Events) -> Scene {
         true => integrator.max_step = value,
         false => {
             integrator.tolerance = value;
-            integrator.max_step = LONGEST;
+            integrator.max_step = LONGEST_STEP;
         }
     }
     scene
