@@ -8,6 +8,7 @@ use clap::{Args as Arguments, Parser, Subcommand, ValueEnum, value_parser};
 
 pub use super::steps::{Steps, StepsError};
 use crate::analysis::Threshold;
+use crate::study::cost::Knob;
 use crate::study::lyapunov::Count;
 use crate::study::sweep::Shard;
 
@@ -43,6 +44,8 @@ pub enum Command {
     Paper(PaperArgs),
     /// Search what the paper leaves open for the set that meets most of its claims.
     Calibrate(CalibrateArgs),
+    /// What accuracy costs in this scene: each knob's error against CPU time and calls, and the cheapest setting.
+    Cost(CostArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
     /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
@@ -60,6 +63,9 @@ pub struct RunArgs {
     /// Simulate this long, 0.1 to 100000 ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
+    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    pub accuracy: Option<f64>,
     /// Save the recording [default: squeak.rrd, if no other output is asked for].
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -147,6 +153,9 @@ pub struct LyapunovArgs {
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
+    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
+    #[arg(long, value_name = "ERROR", conflicts_with = "tolerance", value_parser = positive)]
+    pub accuracy: Option<f64>,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's, and at most 5e-8 while all exponents are followed].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
@@ -333,6 +342,9 @@ pub struct PaperArgs {
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
+    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    pub accuracy: Option<f64>,
     /// Threads [default: as many as there are cores].
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
@@ -383,6 +395,67 @@ pub struct CalibrateArgs {
     pub json: Option<PathBuf>,
 }
 
+/// Arguments of `squeakscope cost`.
+#[derive(Debug, Arguments)]
+pub struct CostArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Turn only this knob; may be given several times [default: all that the scene has].
+    #[arg(long, value_name = "KNOB", value_enum)]
+    pub only: Vec<OneKnob>,
+    /// Runs of each setting, of which the median counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
+    pub repeats: u8,
+    /// The longest time over which trajectories are compared; chaos shortens it.
+    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = compared)]
+    pub horizon: f64,
+    /// The directory for figures and table.
+    #[arg(long, value_name = "DIR", default_value = "cost")]
+    pub out: PathBuf,
+    /// Write the scene with the advice in it, for `--accuracy`.
+    #[arg(long, value_name = "FILE.toml")]
+    pub write: Option<PathBuf>,
+    /// Write all points as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// A knob of `squeakscope cost`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OneKnob {
+    /// Method and tolerance, by the trajectory.
+    Integrator,
+    /// Tolerance, by what does not depend on the trajectory.
+    Invariants,
+    /// Through events or exactly there.
+    Events,
+    /// Family and number of contact nodes.
+    Nodes,
+    /// Number of modes.
+    Modes,
+    /// Size of the finite elements.
+    Elements,
+    /// Length of averaging for Lyapunov exponents.
+    Exponents,
+    /// Length and threshold of recurrence quantification.
+    Recurrence,
+}
+
+impl From<OneKnob> for Knob {
+    fn from(knob: OneKnob) -> Self {
+        match knob {
+            OneKnob::Integrator => Self::Integrator,
+            OneKnob::Invariants => Self::Invariants,
+            OneKnob::Events => Self::Events,
+            OneKnob::Nodes => Self::Nodes,
+            OneKnob::Modes => Self::Modes,
+            OneKnob::Elements => Self::Elements,
+            OneKnob::Exponents => Self::Exponents,
+            OneKnob::Recurrence => Self::Recurrence,
+        }
+    }
+}
+
 /// How the responses of a sweep are taken.
 #[derive(Clone, Copy, Debug, Arguments)]
 pub struct ResponseArgs {
@@ -401,6 +474,9 @@ pub struct ResponseArgs {
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
+    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
+    #[arg(long, value_name = "ERROR", conflicts_with = "tolerance", value_parser = positive)]
+    pub accuracy: Option<f64>,
 }
 
 /// How the points of a sweep are worked through.
@@ -496,6 +572,14 @@ fn measured(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(time) if time >= 5.0 => Ok(time),
         _ => Err("write a number of milliseconds from 5".to_owned()),
+    }
+}
+
+/// A time over which trajectories can be compared, ms.
+fn compared(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(time) if (0.1..=1000.0).contains(&time) => Ok(time),
+        _ => Err("write a number of milliseconds from 0.1 to 1000".to_owned()),
     }
 }
 

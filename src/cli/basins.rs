@@ -74,6 +74,9 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     check_times(&args.response)?;
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(error) = args.response.accuracy {
+        scene = scene.with_accuracy(error)?;
+    }
     for (name, value) in [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
@@ -269,6 +272,7 @@ mod tests {
                 measure: 10.0,
                 exponents: 0,
                 tolerance: Some(1e-4),
+                accuracy: None,
             },
             work: WorkArgs::default(),
             outputs: SweepOutputs {

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
+use super::cost;
 use super::error::{Cause, CliError};
 use super::lyapunov;
 use super::model::ModelFile;
@@ -21,7 +22,7 @@ use crate::figure::paper::{
     bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
     sections,
 };
-use crate::figure::{Figure, basins_figure, lyapunov_figure, signal_figures, sweep_figures};
+use crate::figure::{Figure, basins_figure, cost_figures, lyapunov_figure, signal_figures, sweep_figures};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
@@ -165,6 +166,12 @@ fn draw_basins(
 ) -> Result<sweep::Drawn, Cause> {
     drawn(basins_figure(title, points, found)?)
 }
+
+/// What `squeakscope cost` needs.
+pub(super) const COST: cost::Tools = cost::Tools {
+    cost: |plan, watch| Ok(study::cost::cost(plan, watch)?),
+    draw: |study| cost_figures(study)?.into_iter().map(drawn).collect(),
+};
 
 /// What `squeakscope paper` needs.
 pub(super) const PAPER: paper::Tools = paper::Tools {

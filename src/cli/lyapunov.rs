@@ -147,6 +147,9 @@ fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
 /// The scene asked for, with what the command line changes of it.
 fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(error) = args.accuracy {
+        scene = scene.with_accuracy(error)?;
+    }
     if let Some(tilt) = args.tilt {
         scene = scene.with_tilt(tilt)?;
     }

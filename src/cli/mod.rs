@@ -9,13 +9,14 @@
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`],
+//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`], [`cost`],
 //! [`calibrate`], [`paper`] and [`signal_report`] say what is in it.
 
 mod analyse;
 pub mod args;
 pub mod basins;
 pub mod calibrate;
+pub mod cost;
 mod engine;
 mod error;
 pub mod flow_report;
@@ -72,6 +73,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Basins(args)) => basins::basins(&args, &engine::BASINS),
         Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
+        Some(Command::Cost(args)) => cost::run(&args, &engine::COST),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),

@@ -63,6 +63,9 @@ fn execute(
     plan: impl FnOnce(Scene, Start) -> SweepPlan,
 ) -> Result<(), CliError> {
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(SCENE))?;
+    if let Some(error) = args.accuracy {
+        scene = scene.with_accuracy(error)?;
+    }
     scene.joint()?;
     if let Some(seed) = args.seed {
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
@@ -357,6 +360,7 @@ mod tests {
             out: out.clone(),
             start: OneStart::Cold,
             seed: Some(4),
+            accuracy: None,
             threads: None,
             json: Some(folder.path().join("paper.json")),
         };

@@ -372,6 +372,9 @@ fn warn_of_tear(path: &Path, table: &SweepTable) {
 /// What is asked for.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(error) = args.response.accuracy {
+        scene = scene.with_accuracy(error)?;
+    }
     let seed = args.seed.map(|seed| seed as f64);
     for (name, value) in [
         ("start.seed", seed),

@@ -70,6 +70,7 @@ impl Desk {
                 measure: 10.0,
                 exponents: 1,
                 tolerance: Some(1e-4),
+                accuracy: None,
             },
             work: WorkArgs {
                 threads: NonZero::new(2),

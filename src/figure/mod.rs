@@ -8,6 +8,7 @@
 //! byte for byte, on every machine: no font and no library of the system is asked.
 
 mod basins;
+mod cost;
 mod draw;
 mod error;
 mod lyapunov;
@@ -22,6 +23,7 @@ mod sweep;
 mod tests;
 
 pub use basins::basins_figure;
+pub use cost::cost_figures;
 pub use error::FigureError;
 pub use lyapunov::lyapunov_figure;
 pub use panel::{Axis, Mark, Panel, Scale};

@@ -13,6 +13,8 @@ pub const GREEN: Rgb = [0, 158, 115];
 pub const PURPLE: Rgb = [170, 80, 140];
 /// See [`BLUE`].
 pub const SKY: Rgb = [86, 180, 233];
+/// See [`BLUE`].
+pub const ORANGE: Rgb = [230, 159, 0];
 /// What stands behind.
 pub const PALE: Rgb = [214, 218, 223];
 /// Text and axes.

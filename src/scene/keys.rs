@@ -349,9 +349,9 @@ keys! {
     FRAME_SAMPLES: Count = "time.frame_samples", Default("256"), Count { min: 1, max: 65_536 };
     /// Integrator: exponential pair of order 5(4) or 8(5, 3), the plain pairs `tsit54` and `dop853`, the linearly implicit `rodas5p`, `auto` for the first that turns implicit while nodes stick, or classical fixed-step Runge-Kutta.
     METHOD: Choice<Method> = "time.method", Default("\"lawson54\""),
-        Choice { options: &[("lawson54", Method::Lawson54), ("lawson853", Method::Lawson853),
-            ("tsit54", Method::Tsit54), ("dop853", Method::Dop853), ("rodas5p", Method::Rodas5p),
-            ("auto", Method::Auto), ("rk4", Method::Rk4)] };
+        Choice { options: &[(Method::Lawson54.name(), Method::Lawson54), (Method::Lawson853.name(), Method::Lawson853),
+            (Method::Tsit54.name(), Method::Tsit54), (Method::Dop853.name(), Method::Dop853), (Method::Rodas5p.name(), Method::Rodas5p),
+            (Method::Auto.name(), Method::Auto), (Method::Rk4.name(), Method::Rk4)] };
     /// Relative tolerance of the adaptive integrators.
     TOLERANCE: Number = "time.tolerance", Default("1e-5"), number(One, Range::Closed(1e-13, 1e-2));
     /// Largest step of the adaptive integrators; the step of `rk4`, which has no default.
@@ -360,6 +360,15 @@ keys! {
     /// Contact nodes that open or close: steps go through these events, or end exactly there.
     EVENTS: Choice<Events> = "time.events", Default("\"through\""),
         Choice { options: &[("through", Events::Through), ("exact", Events::Exact)] };
+
+    /// The cheapest integrator for an error of 1e-2 of the state, such as `lawson54 1e-3`: its name and tolerance (of `rk4` its step in s), which `--accuracy 1e-2` takes. `squeakscope cost --write` finds it.
+    ADVICE_2: Text = "accuracy.error_1e-2", Else("no advice"), Text;
+    /// For 1e-3.
+    ADVICE_3: Text = "accuracy.error_1e-3", Else("no advice"), Text;
+    /// For 1e-4.
+    ADVICE_4: Text = "accuracy.error_1e-4", Else("no advice"), Text;
+    /// For 1e-6.
+    ADVICE_6: Text = "accuracy.error_1e-6", Else("no advice"), Text;
 
     /// Length of the sliding window.
     SPECTRUM_WINDOW: Number = "analysis.spectrum.window_ms", Default("20"),
@@ -505,6 +514,14 @@ keys! {
     /// Factor by which the body's deformation is shown larger than it is.
     EXAGGERATION: Number = "record.exaggeration", Default("2000"), number(One, Range::Closed(1.0, 1e9));
 }
+
+/// Keys of advice on the integrator, by the error.
+pub(super) static ADVICE: [(f64, &Key<Text>); 4] = [
+    (1e-2, &ADVICE_2),
+    (1e-3, &ADVICE_3),
+    (1e-4, &ADVICE_4),
+    (1e-6, &ADVICE_6),
+];
 
 /// The friction laws by name; their parameters are keys of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 #![doc = include_str!("../guide/scenes.md")]
 
+mod accuracy;
 mod error;
 mod file;
 mod keys;
@@ -18,6 +19,7 @@ mod small_tests;
 #[cfg(test)]
 mod tests;
 
+pub use accuracy::{Advised, LONGEST_STEP};
 pub use error::{Fault, Place, SceneError, SceneWarning};
 pub use keys::key_reference;
 pub use parameter::Parameter;

@@ -129,7 +129,7 @@ impl Scene {
         Value::from_iter(axis.map(|w| size * w))
     }
 
-    fn with_entries<'p>(
+    pub(super) fn with_entries<'p>(
         &self,
         entries: impl IntoIterator<Item = (&'p str, Value)>,
     ) -> Result<Self, SceneError> {

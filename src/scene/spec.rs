@@ -1,7 +1,7 @@
 //! The validated scene.
 
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::scene::SubjectSpec;
+use crate::scene::{Advised, SubjectSpec};
 
 /// A validated scene. SI units and radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,8 @@ pub struct Scene {
     pub frame_samples: usize,
     /// The integrator.
     pub integrator: Integrator,
+    /// The cheapest integrators for some errors, where the scene knows them.
+    pub advice: Vec<Advised>,
     /// Which analyses run.
     pub analysis: AnalysisSpec,
     /// What is recorded, and how often.
@@ -93,6 +95,37 @@ pub enum Method {
     Auto,
     /// Classical Runge-Kutta of order 4, fixed step.
     Rk4,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Lawson54,
+        Self::Lawson853,
+        Self::Tsit54,
+        Self::Dop853,
+        Self::Rodas5p,
+        Self::Auto,
+        Self::Rk4,
+    ];
+
+    /// Its name in a scene file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lawson54 => "lawson54",
+            Self::Tsit54 => "tsit54",
+            Self::Lawson853 => "lawson853",
+            Self::Dop853 => "dop853",
+            Self::Rodas5p => "rodas5p",
+            Self::Auto => "auto",
+            Self::Rk4 => "rk4",
+        }
+    }
+
+    /// Whether its step is given, not chosen by an estimate of the error.
+    pub const fn has_fixed_step(self) -> bool {
+        matches!(self, Self::Rk4)
+    }
 }
 
 /// Analyses; an absent one is not computed.

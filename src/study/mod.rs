@@ -2,6 +2,7 @@
 
 pub mod basins;
 pub mod calibrate;
+pub mod cost;
 pub mod lyapunov;
 pub mod paper;
 mod pool;

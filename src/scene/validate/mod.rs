@@ -8,6 +8,7 @@ mod small;
 mod start;
 mod tilt;
 
+use super::accuracy::Advised;
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
@@ -62,6 +63,7 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         sample_rate,
         frame_samples: document.get(&keys::FRAME_SAMPLES)?,
         integrator: integrator(document)?,
+        advice: advice(document)?,
         analysis: analysis::analysis(document, sample_rate, subject.modes())?,
         record: record::record(document, sample_rate, &subject)?,
         subject,
@@ -76,6 +78,25 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
     Ok(scene)
+}
+
+fn advice(document: &Document<'_>) -> Result<Vec<Advised>, SceneError> {
+    let mut advice = Vec::new();
+    for (error, key) in keys::ADVICE {
+        let Some(text) = document.find(key)? else {
+            continue;
+        };
+        let advised = Advised::read(error, &text);
+        advice.push(advised.ok_or_else(|| {
+            document.inconsistent(
+                key.path,
+                &[],
+                "it is no method with a tolerance or a step",
+                "write such as \"lawson54 1e-4\", or let `squeakscope cost --write` find it",
+            )
+        })?);
+    }
+    Ok(advice)
 }
 
 fn integrator(document: &Document<'_>) -> Result<Integrator, SceneError> {

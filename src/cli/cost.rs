@@ -1,0 +1,364 @@
+//! `squeakscope cost`: what does accuracy cost in this scene, and which setting is the cheapest?
+
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anstyle::Style;
+use serde::Serialize;
+
+use super::args::CostArgs;
+use super::error::{Cause, CliError};
+use super::interrupt;
+use super::output::{OutputFile, check_all, check_directory};
+use super::progress::Progress;
+use super::report::{self, FileReport, Report, list_files};
+use super::sweep::{Drawn, write_figures};
+use crate::VERSION;
+use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
+
+const NAME: Style = Style::new().bold();
+
+/// What the rest of the crate does for this command.
+pub(super) struct Tools {
+    /// Turns the knobs.
+    pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
+    /// Draws the figures.
+    pub draw: fn(&CostStudy) -> Result<Vec<Drawn>, Cause>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while running or writing; Ctrl-C.
+pub(super) fn run(args: &CostArgs, tools: &Tools) -> Result<(), CliError> {
+    let stop = interrupt::catch()?;
+    execute(args, &stop, tools)
+}
+
+fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let mut plan = CostPlan::new(scene.clone());
+    if !args.only.is_empty() {
+        for knob in args.only.iter().map(|knob| Knob::from(*knob)) {
+            if !plan.knobs.contains(&knob) {
+                // A scene without a joint has no such knob: the same words as everywhere.
+                scene.joint()?;
+            }
+        }
+        plan.knobs.retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
+    }
+    plan.repeats = args.repeats.into();
+    plan.horizon = 1e-3 * args.horizon;
+    check_directory(&args.out, "--out")?;
+    let own = args.scene.as_deref().map(OsStr::new);
+    let [write, json] = check_all(
+        own,
+        [
+            ("--write", args.write.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
+    let progress = Progress::of_estimate();
+    let found = (tools.cost)(&plan, &mut |knob, share| {
+        progress.tell(share, knob.name().to_owned());
+        !stop.load(Ordering::Relaxed)
+    });
+    drop(progress);
+    let failed = |doing| move |source| CliError::Run { doing, source };
+    let Some(study) = found.map_err(failed("cost study"))? else {
+        return Err(CliError::Interrupted);
+    };
+    let advised = advice(&study.sets);
+    let mut files = write_figures(&args.out, &(tools.draw)(&study).map_err(failed("drawing"))?)?;
+    let csv = OutputFile::check(&args.out.join("cost.csv"), "--out")?;
+    csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
+    files.push(FileReport::of(&csv)?);
+    if let Some(file) = write {
+        let text = scene.with_advice(&settings(&advised))?.text;
+        file.write(|out| out.write_all(text.as_bytes()))?;
+        files.push(FileReport::of(&file)?);
+    }
+    report::deliver(&CostReport::new(&study, advised, files), json.as_ref())
+}
+
+/// Advice as a scene states it: the error, the method, its tolerance or step.
+fn settings(advised: &[Advice]) -> Vec<(f64, &str, f64)> {
+    let advised = advised.iter();
+    advised
+        .map(|advice| (advice.target, &*advice.method, advice.value))
+        .collect()
+}
+
+/// All points, a line each (CSV).
+fn table(sets: &[CostSet]) -> String {
+    let mut text =
+        "knob,family,turned,value,cpu_ms,calls,error,error_is,reference_error,failed\n".to_owned();
+    for set in sets {
+        for point in &set.points {
+            let (error, failed) = match &point.error {
+                Ok(error) => (format!("{error:e}"), String::new()),
+                Err(why) => (String::new(), why.replace('"', "'")),
+            };
+            let floor = set.floor.map(|floor| format!("{floor:e}")).unwrap_or_default();
+            let _ = writeln!(
+                text,
+                "{},{},\"{}\",{:e},{:.6},{},{error},\"{}\",{floor},\"{failed}\"",
+                set.knob.name(),
+                set.family,
+                set.turned,
+                point.value,
+                1e3 * point.seconds,
+                point.calls,
+                set.knob.error(),
+            );
+        }
+    }
+    text
+}
+
+/// Result of `squeakscope cost`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CostReport {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// Time over which trajectories are compared, ms.
+    pub horizon_ms: f64,
+    /// The largest Lyapunov exponent, 1/s; `null` if it is not known.
+    pub exponent_per_s: Option<f64>,
+    /// The sets.
+    pub sets: Vec<SetReport>,
+    /// The cheapest setting for each error.
+    pub advice: Vec<Advice>,
+    /// Files written.
+    pub files: Vec<FileReport>,
+}
+
+/// A knob turned through a family of settings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetReport {
+    /// The knob.
+    pub knob: &'static str,
+    /// The family.
+    pub family: String,
+    /// What is turned.
+    pub turned: &'static str,
+    /// What the error is.
+    pub error_is: &'static str,
+    /// The reference's own error.
+    pub reference_error: Option<f64>,
+    /// The points.
+    pub points: Vec<PointReport>,
+}
+
+/// One setting.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PointReport {
+    /// The setting.
+    pub value: f64,
+    /// CPU time, ms.
+    pub cpu_ms: f64,
+    /// Calls of the right-hand side.
+    pub calls: u64,
+    /// Its error; `null` where it failed.
+    pub error: Option<f64>,
+    /// Why it failed.
+    pub failed: Option<String>,
+}
+
+impl CostReport {
+    fn new(study: &CostStudy, advice: Vec<Advice>, files: Vec<FileReport>) -> Self {
+        let sets = study.sets.iter().map(|set| SetReport {
+            knob: set.knob.name(),
+            family: set.family.clone(),
+            turned: set.turned,
+            error_is: set.knob.error(),
+            reference_error: set.floor,
+            points: set
+                .points
+                .iter()
+                .map(|point| PointReport {
+                    value: point.value,
+                    cpu_ms: 1e3 * point.seconds,
+                    calls: point.calls,
+                    error: point.error.as_ref().ok().copied(),
+                    failed: point.error.as_ref().err().cloned(),
+                })
+                .collect(),
+        });
+        Self {
+            version: VERSION,
+            scene: study.scene.clone(),
+            horizon_ms: 1e3 * study.horizon,
+            exponent_per_s: study.exponent.map(|exponent| exponent.value),
+            sets: sets.collect(),
+            advice,
+            files,
+        }
+    }
+}
+
+impl Report for CostReport {
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{NAME}{}{NAME:#}: trajectories over {:.3} ms",
+            self.scene, self.horizon_ms
+        );
+        if let Some(exponent) = self.exponent_per_s {
+            let _ = write!(text, ", largest exponent {exponent:.1} 1/s");
+        }
+        text.push('\n');
+        for set in &self.sets {
+            let _ = write!(text, "{NAME}{}{NAME:#}: {}", set.knob, set.family);
+            if let Some(floor) = set.reference_error {
+                let _ = write!(text, " (the reference's own error {floor:.1e})");
+            }
+            let _ = writeln!(
+                text,
+                "\n  {:>12}  {:>10}  {:>10}  {}",
+                set.turned, "CPU ms", "calls", set.error_is
+            );
+            for point in &set.points {
+                let error = match (point.error, &point.failed) {
+                    (Some(error), _) => format!("{error:.2e}"),
+                    (None, why) => format!("failed: {}", why.as_deref().unwrap_or("")),
+                };
+                let _ = writeln!(
+                    text,
+                    "  {:>12}  {:>10.3}  {:>10}  {error}",
+                    short(point.value),
+                    point.cpu_ms,
+                    point.calls
+                );
+            }
+        }
+        if !self.advice.is_empty() {
+            let _ = writeln!(text, "{NAME}the cheapest setting{NAME:#}");
+            for advice in &self.advice {
+                let _ = writeln!(
+                    text,
+                    "  for an error of {:.0e}: {} at {}, {:.3} ms of CPU, {} calls, error {:.1e}",
+                    advice.target,
+                    advice.method,
+                    short(advice.value),
+                    1e3 * advice.seconds,
+                    advice.calls,
+                    advice.error
+                );
+            }
+        }
+        list_files(&mut text, &self.files);
+        text
+    }
+}
+
+/// A setting as people write it.
+fn short(value: f64) -> String {
+    match value {
+        value if (1e-2..1e6).contains(&value) => format!("{value}"),
+        value => format!("{value:.1e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::cost::CostPoint;
+
+    fn point(seconds: f64, error: Result<f64, String>) -> CostPoint {
+        CostPoint {
+            value: 1e-4,
+            seconds,
+            calls: 2000,
+            error,
+        }
+    }
+
+    /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
+    fn turned(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cause> {
+        if !watch(Knob::Integrator, 0.5) {
+            return Ok(None);
+        }
+        let set = |family: &str, points| CostSet {
+            knob: Knob::Integrator,
+            family: family.to_owned(),
+            turned: "tolerance",
+            floor: Some(1e-10),
+            points,
+        };
+        Ok(Some(CostStudy {
+            scene: plan.scene.name.clone(),
+            horizon: plan.horizon,
+            exponent: None,
+            sets: vec![
+                set("lawson54", vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))]),
+                set("dop853", vec![point(5e-4, Err("it \"blew\" up".to_owned()))]),
+            ],
+        }))
+    }
+
+    const TOOLS: Tools = Tools {
+        cost: turned,
+        draw: |study| {
+            Ok(vec![Drawn {
+                name: "cost-integrator".to_owned(),
+                svg: study.scene.clone(),
+                png: Vec::new(),
+            }])
+        },
+    };
+
+    fn args(folder: &std::path::Path) -> CostArgs {
+        CostArgs {
+            scene: Some("torus-3deg".to_owned()),
+            only: Vec::new(),
+            repeats: 1,
+            horizon: 2.0,
+            out: folder.join("cost"),
+            write: Some(folder.join("mine.toml")),
+            json: Some(folder.join("cost.json")),
+        }
+    }
+
+    #[test]
+    fn the_cheapest_setting_is_advised_and_the_scene_takes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        execute(&args(folder.path()), &go, &TOOLS).unwrap();
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&read("cost.json")).unwrap();
+        let advice = json["advice"].as_array().unwrap();
+        let targets: Vec<f64> = advice.iter().map(|a| a["target"].as_f64().unwrap()).collect();
+        assert_eq!(targets, [1e-2, 1e-3, 1e-4, 1e-6]);
+        assert_eq!(advice[0]["cpu_ms"], serde_json::Value::Null);
+        assert_eq!((&advice[0]["seconds"], &advice[3]["seconds"]), (&1e-3.into(), &2e-3.into()));
+        assert_eq!(json["sets"][1]["points"][0]["error"], serde_json::Value::Null);
+        let csv = read("cost/cost.csv");
+        assert_eq!(csv.lines().count(), 4, "{csv}");
+        assert!(csv.contains("\"it 'blew' up\""), "{csv}");
+        let mine = folder.path().join("mine.toml");
+        let scene = Scene::load(&mine.to_string_lossy()).unwrap();
+        assert_eq!(scene.advice.len(), 4);
+        assert_eq!(scene.with_accuracy(1e-5).unwrap().integrator.tolerance, 1e-4);
+    }
+
+    #[test]
+    fn what_a_scene_does_not_have_is_refused_and_a_stop_is_heeded() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        let small = CostArgs {
+            scene: Some("impact-oscillator".to_owned()),
+            only: vec![super::super::args::OneKnob::Nodes],
+            ..args(folder.path())
+        };
+        assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        let stop = AtomicBool::new(true);
+        let stopped = execute(&args(folder.path()), &stop, &TOOLS).unwrap_err();
+        assert_eq!(stopped.exit_code(), 130);
+        assert!(!folder.path().join("cost").exists());
+    }
+}

@@ -1,0 +1,109 @@
+//! Settings of the integrator for a wanted accuracy, as `squeakscope cost` advises them.
+
+use super::error::{Fault, Place, SceneError};
+use super::keys::{ADVICE, MAX_STEP, METHOD, TOLERANCE};
+use super::spec::{Method, Scene};
+use toml_edit::Value;
+
+/// The longest step of an advised method that chooses its own, s: a limit in the way of none. Advice is
+/// found with it.
+pub const LONGEST_STEP: f64 = 1e-4;
+
+/// The cheapest setting of the integrator for an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advised {
+    /// The error of the state over a few milliseconds, relative to its size.
+    pub error: f64,
+    /// The method.
+    pub method: Method,
+    /// Its tolerance, or its step in s where it is fixed.
+    pub value: f64,
+}
+
+impl Advised {
+    /// Reads `lawson54 1e-4`.
+    pub(super) fn read(error: f64, text: &str) -> Option<Self> {
+        let (name, value) = text.split_once(' ')?;
+        let method = Method::ALL.into_iter().find(|method| method.name() == name)?;
+        let value: f64 = value.trim().parse().ok()?;
+        let sound = value > 0.0 && value <= 1e-2;
+        sound.then_some(Self {
+            error,
+            method,
+            value,
+        })
+    }
+}
+
+impl Scene {
+    /// The same scene with advice on its integrator: the error, the method by its name, its tolerance or
+    /// step in s. Errors that a scene has no key for are left out.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with_advice(&self, advice: &[(f64, &str, f64)]) -> Result<Self, SceneError> {
+        let entries = ADVICE.iter().filter_map(|(error, key)| {
+            let (_, method, value) = advice.iter().find(|(of, ..)| of == error)?;
+            Some((key.path, Value::from(format!("{method} {value:e}"))))
+        });
+        self.with_entries(entries)
+    }
+
+    /// The same scene with the cheapest integrator for an error that it has advice for.
+    ///
+    /// # Errors
+    /// If it has none for an error so small.
+    pub fn with_accuracy(&self, error: f64) -> Result<Self, SceneError> {
+        // The largest error that is allowed is the cheapest.
+        let fitting = self.advice.iter().filter(|advised| advised.error <= error * (1.0 + 1e-9));
+        let Some(advised) = fitting.max_by(|a, b| a.error.total_cmp(&b.error)) else {
+            let fault = Fault::NoAdvice {
+                scene: self.name.clone(),
+                error,
+            };
+            return Err(fault.at(Place {
+                file: "--accuracy".to_owned(),
+                line: None,
+            }));
+        };
+        let fixed = advised.method.has_fixed_step();
+        let step = if fixed { advised.value } else { LONGEST_STEP };
+        // Sums of decimals are written as decimals.
+        let step_us = (1e9 * step).round() / 1e3;
+        let mut entries = vec![
+            (METHOD.path, Value::from(advised.method.name())),
+            (MAX_STEP.path, Value::from(step_us)),
+        ];
+        if !fixed {
+            entries.push((TOLERANCE.path, Value::from(advised.value)));
+        }
+        self.with_entries(entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_is_written_read_and_followed() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        let advised = scene
+            .with_advice(&[(1e-2, "rk4", 1.6e-6), (1e-4, "dop853", 1e-4), (0.5, "auto", 1e-3)])
+            .unwrap();
+        assert!(advised.text.contains("error_1e-4 = \"dop853 1e-4\""), "{}", advised.text);
+        let found = |error: f64| advised.with_accuracy(error).unwrap().integrator;
+        let fine = found(1e-4);
+        assert_eq!((fine.method, fine.tolerance), (Method::Dop853, 1e-4));
+        assert_eq!(fine.max_step, LONGEST_STEP);
+        let coarse = found(0.3);
+        assert_eq!((coarse.method, coarse.max_step), (Method::Rk4, 1.6e-6));
+        // Between two the better one.
+        assert_eq!(found(5e-3).method, Method::Dop853);
+        let refused = advised.with_accuracy(1e-9).unwrap_err().to_string();
+        assert!(refused.contains("squeakscope cost torus-3deg"), "{refused}");
+        for text in ["dop853", "dop 1e-3", "rk4 -1", "rk4 x", "auto 3"] {
+            assert_eq!(Advised::read(1e-2, text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! From work and precision to a setting.
+
+use serde::Serialize;
+
+use super::{CostSet, Knob};
+
+/// Errors for which a setting is advised.
+pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
+
+/// The cheapest setting for an error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// The error allowed.
+    pub target: f64,
+    /// Its error.
+    pub error: f64,
+    /// The method, as a scene names it.
+    pub method: String,
+    /// Its tolerance, or its step in s where it is fixed.
+    pub value: f64,
+    /// CPU time over the horizon, s.
+    pub seconds: f64,
+    /// Calls of the right-hand side.
+    pub calls: u64,
+}
+
+/// The cheapest setting of the integrator for each of [`TARGETS`] that one reaches. An error near the
+/// floor of the reference is not trusted.
+pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
+    let of_integrator = || sets.iter().filter(|set| set.knob == Knob::Integrator);
+    let cheapest = |target: f64| {
+        let points = of_integrator().flat_map(|set| {
+            let floor = set.floor.unwrap_or(0.0);
+            set.points.iter().filter_map(move |point| {
+                let error = *point.error.as_ref().ok()?;
+                (error <= target && floor <= target).then_some((set, point, error))
+            })
+        });
+        points.min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))
+    };
+    let advised = TARGETS.into_iter().filter_map(|target| {
+        let (set, point, error) = cheapest(target)?;
+        Some(Advice {
+            target,
+            error,
+            method: set.family.clone(),
+            value: point.value,
+            seconds: point.seconds,
+            calls: point.calls,
+        })
+    });
+    advised.collect()
+}

@@ -1,0 +1,399 @@
+//! Knobs whose error is that of a trajectory: integrator, events, contact nodes, modes.
+
+use std::collections::HashMap;
+
+use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
+use crate::joint::{BallJoint, Quadrature};
+use crate::pipeline::{Prepared, prepare_on};
+use crate::scene::{Events, LONGEST_STEP, Method, Scene};
+use crate::study::response::{From, ResponsePlan, response};
+
+/// Tells the share of the work that is done, and whether to go on.
+type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
+
+/// Time between the instants compared, s.
+const SPACING: f64 = 20e-6;
+
+/// Error allowed in a step of the reference, and of the other one that tells the reference's own error.
+const REFERENCE: f64 = 1e-12;
+
+/// Tolerances tried: `10^-k`.
+const TOLERANCES: std::ops::RangeInclusive<i32> = 2..=10;
+
+/// Steps of methods with a fixed one, s.
+const STEPS: [f64; 6] = [6.4e-6, 3.2e-6, 1.6e-6, 8e-7, 4e-7, 2e-7];
+
+/// A setting that needs more calls than this is given up.
+const MOST_CALLS: u64 = 3_000_000;
+
+/// Contact nodes tried, and of the reference.
+const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
+const NODES_REFERENCE: usize = 4000;
+
+/// Modes tried, and of the reference: bending pairs, torsion modes, axial modes.
+const MODES: [[usize; 3]; 6] = [[1, 0, 0], [2, 1, 0], [3, 1, 1], [4, 2, 1], [5, 3, 2], [6, 3, 2]];
+const MODES_REFERENCE: [usize; 3] = [8, 4, 3];
+
+/// States at the instants compared, `[q | dq/dt]` each, and what they are measured by.
+struct Path {
+    rows: Vec<Vec<f64>>,
+    /// Circular frequencies, rad/s.
+    omega: Vec<f64>,
+    /// What the probe makes of the modes.
+    probe: Vec<f64>,
+}
+
+impl Path {
+    /// The largest deviation from a reference, in the norm of the vibration's energy, relative to the
+    /// root of the reference's mean energy.
+    fn error(&self, reference: &Self) -> f64 {
+        let norm = |z: &mut dyn Iterator<Item = f64>| -> f64 {
+            let omega = self.omega.iter().copied();
+            let weights = omega.chain(std::iter::repeat(1.0));
+            z.zip(weights).map(|(x, w)| (w * x).powi(2)).sum()
+        };
+        let pairs = self.rows.iter().zip(&reference.rows);
+        let off = pairs.map(|(z, r)| norm(&mut z.iter().zip(r).map(|(a, b)| a - b)));
+        let size = reference.rows.iter().map(|r| norm(&mut r.iter().copied()));
+        let mean = size.sum::<f64>() / reference.rows.len() as f64;
+        // Not `max`, which would pass over what is not a number.
+        let largest = off.fold(0.0, |a: f64, b| if b <= a { a } else { b });
+        (largest / mean).sqrt()
+    }
+
+    /// The probe's velocities, m/s.
+    fn velocities(&self) -> impl Iterator<Item = f64> + '_ {
+        let m = self.probe.len();
+        let of = move |z: &Vec<f64>| z[m..].iter().zip(&self.probe).map(|(v, p)| v * p).sum();
+        self.rows.iter().map(of)
+    }
+
+    /// The same of the probe's velocity alone.
+    fn velocity_error(&self, reference: &Self) -> f64 {
+        let pairs = self.velocities().zip(reference.velocities());
+        let off = pairs.map(|(a, b)| (a - b).powi(2)).fold(0.0, f64::max);
+        let squares: f64 = reference.velocities().map(|v| v * v).sum();
+        (off / (squares / reference.rows.len() as f64)).sqrt()
+    }
+}
+
+/// Follows a scene from a state over a time (s); the path and the calls.
+fn follow(
+    scene: &Scene,
+    state: &[f64],
+    time: f64,
+    ball: &mut Option<BallJoint>,
+    goes_on: &mut dyn FnMut() -> bool,
+) -> Result<(Path, u64), Box<dyn std::error::Error>> {
+    let Prepared {
+        system,
+        probe,
+        mut integrator,
+        state: mut z,
+    } = prepare_on(scene, ball)?;
+    let width = 2 * system.modes();
+    z.fill(0.0);
+    z[..width].copy_from_slice(state);
+    integrator.start(&*system, 0.0, &z)?;
+    let mut rows = Vec::new();
+    for k in 1..=(time / SPACING).round().max(1.0) as u32 {
+        integrator.sample(&*system, SPACING * f64::from(k), &mut z)?;
+        rows.push(z[..width].to_vec());
+        let calls = integrator.tally().calls;
+        if calls > MOST_CALLS {
+            return Err(format!("given up after {calls} calls of the right-hand side").into());
+        }
+        if !goes_on() {
+            break;
+        }
+    }
+    let path = Path {
+        rows,
+        omega: system.omega().to_vec(),
+        probe,
+    };
+    Ok((path, integrator.tally().calls))
+}
+
+/// A scene with another integrator.
+fn with(scene: &Scene, method: Method, value: f64, events: Events) -> Scene {
+    let mut scene = scene.clone();
+    let integrator = &mut scene.integrator;
+    integrator.method = method;
+    integrator.events = events;
+    match method.has_fixed_step() {
+        true => integrator.max_step = value,
+        false => {
+            integrator.tolerance = value;
+            integrator.max_step = LONGEST_STEP;
+        }
+    }
+    scene
+}
+
+/// How paths are compared.
+type Compare = fn(&Path, &Path) -> f64;
+
+impl Ground<'_> {
+    /// The reference from the settled state, and its own error.
+    fn reference(&mut self, scene: &Scene) -> Result<(Path, f64), CostError> {
+        let events = Events::Exact;
+        let best = with(scene, Method::Lawson54, REFERENCE, events);
+        let (best, _) = self.path(&best)?;
+        let other = with(scene, Method::Tsit54, REFERENCE, events);
+        let (other, _) = self.path(&other)?;
+        let floor = other.error(&best);
+        Ok((best, floor))
+    }
+
+    fn path(&mut self, scene: &Scene) -> Result<(Path, u64), CostError> {
+        follow(scene, &self.state, self.horizon, &mut self.ball, &mut || true)
+            .map_err(|error| CostError::NoReference(error.to_string()))
+    }
+
+    /// A point: a setting against the reference. `None` if it was told to stop.
+    fn point(
+        &mut self,
+        value: f64,
+        scene: &Scene,
+        state: &[f64],
+        reference: &Path,
+        compare: Compare,
+        goes_on: &mut dyn FnMut() -> bool,
+    ) -> Option<CostPoint> {
+        let mut stopped = false;
+        let (found, seconds) = timed(self.plan.repeats, || {
+            if stopped {
+                return Err("stopped".to_owned());
+            }
+            let on = &mut || {
+                stopped |= !goes_on();
+                !stopped
+            };
+            follow(scene, state, self.horizon, &mut self.ball, on).map_err(|error| chain(&*error))
+        });
+        if stopped {
+            return None;
+        }
+        let (calls, error) = match found {
+            Err(why) => (0, Err(why)),
+            Ok((path, calls)) => match compare(&path, reference) {
+                error if error.is_finite() => (calls, Ok(error)),
+                _ => (calls, Err("not a number".to_owned())),
+            },
+        };
+        Some(CostPoint {
+            value,
+            seconds,
+            calls,
+            error,
+        })
+    }
+}
+
+/// An error with its causes, in one line.
+fn chain(error: &dyn std::error::Error) -> String {
+    crate::study::sweep::chain_of_causes(error)
+}
+
+/// Methods and their tolerances or steps.
+pub(super) fn integrator_sets(
+    ground: &mut Ground<'_>,
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Vec<CostSet>>, CostError> {
+    let scene = ground.plan.scene.clone();
+    let events = scene.integrator.events;
+    let (reference, floor) = ground.reference(&scene)?;
+    let mut sets = Vec::new();
+    for (k, method) in Method::ALL.into_iter().enumerate() {
+        let values: Vec<f64> = match method.has_fixed_step() {
+            true => STEPS.to_vec(),
+            false => TOLERANCES.map(|k| 10f64.powi(-k)).collect(),
+        };
+        let mut points = Vec::new();
+        for value in values {
+            let turned = with(&scene, method, value, events);
+            let on = &mut || goes_on(k as f64 / Method::ALL.len() as f64);
+            let state = ground.state.clone();
+            let Some(point) = ground.point(value, &turned, &state, &reference, Path::error, on)
+            else {
+                return Ok(None);
+            };
+            points.push(point);
+        }
+        sets.push(CostSet {
+            knob: Knob::Integrator,
+            family: method.name().to_owned(),
+            turned: match method.has_fixed_step() {
+                true => "step, s",
+                false => "tolerance",
+            },
+            floor: Some(floor),
+            points,
+        });
+    }
+    Ok(Some(sets))
+}
+
+/// Through events, or ending there.
+pub(super) fn event_sets(
+    ground: &mut Ground<'_>,
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Vec<CostSet>>, CostError> {
+    let scene = ground.plan.scene.clone();
+    let (reference, floor) = ground.reference(&scene)?;
+    let mut sets = Vec::new();
+    for (k, events) in [Events::Through, Events::Exact].into_iter().enumerate() {
+        let mut points = Vec::new();
+        for value in TOLERANCES.map(|k| 10f64.powi(-k)) {
+            let turned = with(&scene, Method::Lawson54, value, events);
+            let on = &mut || goes_on(0.5 * k as f64);
+            let state = ground.state.clone();
+            let Some(point) = ground.point(value, &turned, &state, &reference, Path::error, on)
+            else {
+                return Ok(None);
+            };
+            points.push(point);
+        }
+        sets.push(CostSet {
+            knob: Knob::Events,
+            family: match events {
+                Events::Through => "through",
+                Events::Exact => "exact",
+            }
+            .to_owned(),
+            turned: "tolerance",
+            floor: Some(floor),
+            points,
+        });
+    }
+    Ok(Some(sets))
+}
+
+/// Families and numbers of contact nodes.
+pub(super) fn node_sets(
+    ground: &mut Ground<'_>,
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Vec<CostSet>>, CostError> {
+    const TOLERANCE: f64 = 1e-9;
+    let turned = |quadrature, nodes| -> Result<Scene, CostError> {
+        let mut scene = with(
+            &ground.plan.scene,
+            Method::Lawson54,
+            TOLERANCE,
+            Events::Through,
+        );
+        let contact = &mut scene.joint_mut()?.spec.contact;
+        contact.quadrature = quadrature;
+        contact.nodes = nodes;
+        Ok(scene)
+    };
+    let families = [(Quadrature::Rings, "rings"), (Quadrature::Gauss, "gauss")];
+    let settings = |quadrature| {
+        NODES
+            .iter()
+            .map(move |&nodes| Ok((nodes as f64, turned(quadrature, nodes)?)))
+            .collect::<Result<Vec<_>, CostError>>()
+    };
+    let all = [settings(families[0].0)?, settings(families[1].0)?];
+    let references = [
+        turned(Quadrature::Gauss, NODES_REFERENCE)?,
+        turned(Quadrature::Rings, NODES_REFERENCE)?,
+    ];
+    let (reference, _) = ground.path(&references[0])?;
+    let floor = ground.path(&references[1])?.0.error(&reference);
+    let mut sets = Vec::new();
+    for (k, ((_, family), settings)) in families.into_iter().zip(all).enumerate() {
+        let mut points = Vec::new();
+        for (value, scene) in settings {
+            let on = &mut || goes_on(0.5 * k as f64);
+            let state = ground.state.clone();
+            let Some(point) = ground.point(value, &scene, &state, &reference, Path::error, on)
+            else {
+                return Ok(None);
+            };
+            points.push(point);
+        }
+        sets.push(CostSet {
+            knob: Knob::Nodes,
+            family: family.to_owned(),
+            turned: "nodes",
+            floor: Some(floor),
+            points,
+        });
+    }
+    Ok(Some(sets))
+}
+
+/// Numbers of modes: the state that the largest set has settled to, as far as each set has its modes.
+pub(super) fn mode_sets(
+    ground: &mut Ground<'_>,
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Vec<CostSet>>, CostError> {
+    const TOLERANCE: f64 = 1e-9;
+    let turned = |[bending, torsion, axial]: [usize; 3]| -> Result<Scene, CostError> {
+        let scene = &ground.plan.scene;
+        let mut scene = with(scene, Method::Lawson54, TOLERANCE, Events::Through);
+        let families = &mut scene.joint_mut()?.spec.body.families;
+        families.bending_pairs = bending;
+        families.torsion = torsion;
+        families.axial = axial;
+        Ok(scene)
+    };
+    let reference = turned(MODES_REFERENCE)?;
+    let settings = MODES.map(turned);
+    let look = ResponsePlan {
+        exponents: 0,
+        portrait: false,
+        most: 0.2,
+        measure: 0.01,
+        ..ResponsePlan::default()
+    };
+    let mut ball = None;
+    let mut scenes = reference.clone();
+    scenes.integrator.tolerance = 1e-5;
+    let Some(settled) = response(&scenes, From::Cold, &look, &mut ball, &mut |_| goes_on(0.0))?
+    else {
+        return Ok(None);
+    };
+    let labels = |ball: &Option<BallJoint>| -> Vec<String> {
+        let modes = ball.iter().flat_map(|ball| ball.body().modes());
+        modes.map(|mode| mode.label()).collect()
+    };
+    let names = labels(&ball);
+    let [q, v] = [0, names.len()].map(|first| {
+        let values = settled.state[first..].iter().copied();
+        names.iter().cloned().zip(values).collect::<HashMap<_, _>>()
+    });
+    let horizon = ground.horizon;
+    let on = &mut || true;
+    let (best, _) = follow(&reference, &settled.state, horizon, &mut ball, on)
+        .map_err(|error| CostError::NoReference(error.to_string()))?;
+    let mut points = Vec::new();
+    for (k, scene) in settings.into_iter().enumerate() {
+        let scene = scene?;
+        // The joint is made, so that its modes are known.
+        prepare_on(&scene, &mut ground.ball)?;
+        let names = labels(&ground.ball);
+        let of = |values: &HashMap<String, f64>| -> Vec<f64> {
+            names.iter().map(|name| values[name]).collect()
+        };
+        let state = [of(&q), of(&v)].concat();
+        let on = &mut || goes_on(k as f64 / MODES.len() as f64);
+        let compare: Compare = Path::velocity_error;
+        let Some(point) = ground.point(names.len() as f64, &scene, &state, &best, compare, on)
+        else {
+            return Ok(None);
+        };
+        points.push(point);
+    }
+    // The next knob finds the scene's own joint again.
+    prepare_on(&ground.plan.scene, &mut ground.ball)?;
+    Ok(Some(vec![CostSet {
+        knob: Knob::Modes,
+        family: "modes".to_owned(),
+        turned: "modes",
+        floor: None,
+        points,
+    }]))
+}
