@@ -48,7 +48,8 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
                 scene.joint()?;
             }
         }
-        plan.knobs.retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
+        plan.knobs
+            .retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
     }
     plan.repeats = args.repeats.into();
     plan.horizon = 1e-3 * args.horizon;
@@ -81,7 +82,8 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
         file.write(|out| out.write_all(text.as_bytes()))?;
         files.push(FileReport::of(&file)?);
     }
-    report::deliver(&CostReport::new(&study, advised, files), json.as_ref())
+    report::deliver(&CostReport::new(&study, advised, files), json.as_ref())?;
+    Ok(())
 }
 
 /// Advice as a scene states it: the error, the method, its tolerance or step.
@@ -102,7 +104,10 @@ fn table(sets: &[CostSet]) -> String {
                 Ok(error) => (format!("{error:e}"), String::new()),
                 Err(why) => (String::new(), why.replace('"', "'")),
             };
-            let floor = set.floor.map(|floor| format!("{floor:e}")).unwrap_or_default();
+            let floor = set
+                .floor
+                .map(|floor| format!("{floor:e}"))
+                .unwrap_or_default();
             let _ = writeln!(
                 text,
                 "{},{},\"{}\",{:e},{:.6},{},{error},\"{}\",{floor},\"{failed}\"",
@@ -295,8 +300,14 @@ mod tests {
             horizon: plan.horizon,
             exponent: None,
             sets: vec![
-                set("lawson54", vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))]),
-                set("dop853", vec![point(5e-4, Err("it \"blew\" up".to_owned()))]),
+                set(
+                    "lawson54",
+                    vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))],
+                ),
+                set(
+                    "dop853",
+                    vec![point(5e-4, Err("it \"blew\" up".to_owned()))],
+                ),
             ],
         }))
     }
@@ -332,18 +343,30 @@ mod tests {
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&read("cost.json")).unwrap();
         let advice = json["advice"].as_array().unwrap();
-        let targets: Vec<f64> = advice.iter().map(|a| a["target"].as_f64().unwrap()).collect();
+        let targets: Vec<f64> = advice
+            .iter()
+            .map(|a| a["target"].as_f64().unwrap())
+            .collect();
         assert_eq!(targets, [1e-2, 1e-3, 1e-4, 1e-6]);
         assert_eq!(advice[0]["cpu_ms"], serde_json::Value::Null);
-        assert_eq!((&advice[0]["seconds"], &advice[3]["seconds"]), (&1e-3.into(), &2e-3.into()));
-        assert_eq!(json["sets"][1]["points"][0]["error"], serde_json::Value::Null);
+        assert_eq!(
+            (&advice[0]["seconds"], &advice[3]["seconds"]),
+            (&1e-3.into(), &2e-3.into())
+        );
+        assert_eq!(
+            json["sets"][1]["points"][0]["error"],
+            serde_json::Value::Null
+        );
         let csv = read("cost/cost.csv");
         assert_eq!(csv.lines().count(), 4, "{csv}");
         assert!(csv.contains("\"it 'blew' up\""), "{csv}");
         let mine = folder.path().join("mine.toml");
         let scene = Scene::load(&mine.to_string_lossy()).unwrap();
         assert_eq!(scene.advice.len(), 4);
-        assert_eq!(scene.with_accuracy(1e-5).unwrap().integrator.tolerance, 1e-4);
+        assert_eq!(
+            scene.with_accuracy(1e-5).unwrap().integrator.tolerance,
+            1e-4
+        );
     }
 
     #[test]

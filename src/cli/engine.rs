@@ -22,7 +22,9 @@ use crate::figure::paper::{
     bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
     sections,
 };
-use crate::figure::{Figure, basins_figure, cost_figures, lyapunov_figure, signal_figures, sweep_figures};
+use crate::figure::{
+    Figure, basins_figure, cost_figures, lyapunov_figure, signal_figures, sweep_figures,
+};
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};

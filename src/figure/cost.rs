@@ -1,7 +1,7 @@
 //! Work-precision sets: error over CPU time, and over calls of the right-hand side.
 
 use super::panel::{Axis, Mark, Panel};
-use super::style::{BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, Rgb, SKY, VERMILION};
+use super::style::{BLUE, GREEN, INK, ORANGE, PURPLE, Rgb, SKY, VERMILION};
 use super::{Figure, FigureError};
 use crate::analysis::range;
 use crate::study::cost::{CostPoint, CostSet, CostStudy, Knob};
@@ -43,12 +43,7 @@ fn figure(study: &CostStudy, knob: Knob, sets: &[&CostSet]) -> Result<Figure, Fi
         ),
         _ => format!("{} — {}", study.scene, knob.name()),
     };
-    Figure::new(
-        format!("cost-{}", knob.name()),
-        &title,
-        [1200, 520],
-        &[row],
-    )
+    Figure::new(format!("cost-{}", knob.name()), &title, [1200, 520], &[row])
 }
 
 fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
@@ -65,7 +60,7 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
             y: floor.max(LEAST),
         });
         marks.push(Mark::Words {
-            at: [10f64.powi(x[0]), 1.5 * floor.max(LEAST)],
+            at: [10f64.powi(x[0]), 4.0 * floor.max(LEAST)],
             words: "  the reference's own error".to_owned(),
         });
     }

@@ -24,7 +24,9 @@ impl Advised {
     /// Reads `lawson54 1e-4`.
     pub(super) fn read(error: f64, text: &str) -> Option<Self> {
         let (name, value) = text.split_once(' ')?;
-        let method = Method::ALL.into_iter().find(|method| method.name() == name)?;
+        let method = Method::ALL
+            .into_iter()
+            .find(|method| method.name() == name)?;
         let value: f64 = value.trim().parse().ok()?;
         let sound = value > 0.0 && value <= 1e-2;
         sound.then_some(Self {
@@ -55,11 +57,14 @@ impl Scene {
     /// If it has none for an error so small.
     pub fn with_accuracy(&self, error: f64) -> Result<Self, SceneError> {
         // The largest error that is allowed is the cheapest.
-        let fitting = self.advice.iter().filter(|advised| advised.error <= error * (1.0 + 1e-9));
+        let fitting = self
+            .advice
+            .iter()
+            .filter(|advised| advised.error <= error * (1.0 + 1e-9));
         let Some(advised) = fitting.max_by(|a, b| a.error.total_cmp(&b.error)) else {
             let fault = Fault::NoAdvice {
                 scene: self.name.clone(),
-                error,
+                error: format!("{error:e}"),
             };
             return Err(fault.at(Place {
                 file: "--accuracy".to_owned(),
@@ -89,9 +94,17 @@ mod tests {
     fn advice_is_written_read_and_followed() {
         let scene = Scene::load("torus-3deg").unwrap();
         let advised = scene
-            .with_advice(&[(1e-2, "rk4", 1.6e-6), (1e-4, "dop853", 1e-4), (0.5, "auto", 1e-3)])
+            .with_advice(&[
+                (1e-2, "rk4", 1.6e-6),
+                (1e-4, "dop853", 1e-4),
+                (0.5, "auto", 1e-3),
+            ])
             .unwrap();
-        assert!(advised.text.contains("error_1e-4 = \"dop853 1e-4\""), "{}", advised.text);
+        assert!(
+            advised.text.contains("error_1e-4 = \"dop853 1e-4\""),
+            "{}",
+            advised.text
+        );
         let found = |error: f64| advised.with_accuracy(error).unwrap().integrator;
         let fine = found(1e-4);
         assert_eq!((fine.method, fine.tolerance), (Method::Dop853, 1e-4));

@@ -151,13 +151,13 @@ pub enum Fault {
     },
     /// No advice for an error so small.
     #[error(
-        "the scene `{scene}` knows no integrator for an error of {error:e}; find one by `squeakscope cost {scene} --write FILE.toml`, and take that file"
+        "the scene `{scene}` knows no integrator for an error of {error}; find one by `squeakscope cost {scene} --write FILE.toml`, and take that file"
     )]
     NoAdvice {
         /// Name of the scene.
         scene: String,
         /// The error wanted.
-        error: f64,
+        error: String,
     },
     /// A number outside its range, or not finite.
     #[error("`{key}` = {found} is out of range; it must be {expected}")]

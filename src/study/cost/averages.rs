@@ -43,7 +43,9 @@ const INVARIANTS: [(&str, fn(&Response) -> Option<f64>); 4] = [
         // Of an exponent that is zero there is no relative error.
         Some(1.0 + 1e-3 * spectrum.exponents.first()?.value)
     }),
-    ("determinism", |found| found.recurrence.as_ref()?.determinism),
+    ("determinism", |found| {
+        found.recurrence.as_ref()?.determinism
+    }),
 ];
 
 /// The scene's own method with other tolerances, by invariants.
@@ -130,9 +132,10 @@ pub(super) fn exponent_sets(
         let mut z = prepared.state;
         z.fill(0.0);
         z[..ground.state.len()].copy_from_slice(&ground.state);
-        let mut integrator = prepared
-            .integrator
-            .with_tangents(system, vectors, scene.start.seed)?;
+        let mut integrator =
+            prepared
+                .integrator
+                .with_tangents(system, vectors, scene.start.seed)?;
         integrator.start(system, 0.0, &z)?;
         let mut spent = 0.0;
         for time in AVERAGED {
@@ -169,7 +172,10 @@ pub(super) fn exponent_sets(
         }
         sets.push(CostSet {
             knob: Knob::Exponents,
-            family: format!("{vectors} vectors"),
+            family: match vectors {
+                1 => "one vector".to_owned(),
+                count => format!("{count} vectors"),
+            },
             turned: "time, s",
             floor: None,
             points,
@@ -199,7 +205,14 @@ pub(super) fn recurrence_sets(
         prepared
             .integrator
             .sample(system, step * k as f64, &mut z)?;
-        samples.push(prepared.probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
+        samples.push(
+            prepared
+                .probe
+                .iter()
+                .zip(&z)
+                .map(|(p, q)| p * q)
+                .sum::<f64>(),
+        );
         if k % 1024 == 0 && !goes_on(0.3 * k as f64 / needed as f64) {
             return Ok(None);
         }

@@ -1,8 +1,8 @@
 //! What accuracy costs: work-precision sets, and the advice that follows.
 //!
 //! Each knob of a scene is turned with all others at their reference, and the error is set against the
-//! work: CPU time (medians of repeated runs, the thread's own clock) and calls of the right-hand side,
-//! which are free of noise. The error of the reference itself is the floor of a set. What fails is a
+//! work: CPU time (medians of repeated runs; all threads together, so that what runs on many cores is not
+//! told as cheap) and calls of the right-hand side, which are free of noise. The error of the reference itself is the floor of a set. What fails is a
 //! point, too.
 //!
 //! Errors of a trajectory make sense only up to a horizon that the largest Lyapunov exponent allows
@@ -16,7 +16,7 @@ mod trajectory;
 #[cfg(test)]
 mod tests;
 
-use cpu_time::ThreadTime;
+use cpu_time::ProcessTime;
 
 use super::response::{From, ResponseError, ResponsePlan, response};
 use crate::analysis::AnalysisError;
@@ -266,11 +266,11 @@ fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
     }
 }
 
-/// Result of some work, and the median of the thread's CPU time over repeated runs, s.
+/// Result of some work, and the median of the CPU time of all threads over repeated runs, s.
 fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) {
     let mut times = Vec::new();
     let mut once = || {
-        let began = ThreadTime::now();
+        let began = ProcessTime::now();
         let result = work();
         times.push(began.elapsed().as_secs_f64());
         result

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
-use crate::joint::{BallJoint, Quadrature};
+use crate::joint::{BallJoint, Frequencies, Quadrature};
 use crate::pipeline::{Prepared, prepare_on};
 use crate::scene::{Events, LONGEST_STEP, Method, Scene};
 use crate::study::response::{From, ResponsePlan, response};
@@ -30,9 +30,28 @@ const MOST_CALLS: u64 = 3_000_000;
 const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
 const NODES_REFERENCE: usize = 4000;
 
-/// Modes tried, and of the reference: bending pairs, torsion modes, axial modes.
-const MODES: [[usize; 3]; 6] = [[1, 0, 0], [2, 1, 0], [3, 1, 1], [4, 2, 1], [5, 3, 2], [6, 3, 2]];
-const MODES_REFERENCE: [usize; 3] = [8, 4, 3];
+/// Modes tried, the last the reference: bending pairs, torsion modes, axial modes. Of the paper's
+/// frequencies there are no more than these; of our own there are as many as one likes.
+const MODES: [[usize; 3]; 8] = [
+    [1, 0, 0],
+    [2, 0, 0],
+    [2, 1, 0],
+    [3, 1, 0],
+    [4, 0, 0],
+    [3, 2, 1],
+    [4, 2, 0],
+    [4, 2, 1],
+];
+const OWN_MODES: [[usize; 3]; 8] = [
+    [1, 0, 0],
+    [2, 1, 0],
+    [3, 1, 1],
+    [4, 2, 1],
+    [5, 3, 2],
+    [6, 3, 2],
+    [8, 4, 3],
+    [10, 5, 4],
+];
 
 /// States at the instants compared, `[q | dq/dt]` each, and what they are measured by.
 struct Path {
@@ -147,8 +166,14 @@ impl Ground<'_> {
     }
 
     fn path(&mut self, scene: &Scene) -> Result<(Path, u64), CostError> {
-        follow(scene, &self.state, self.horizon, &mut self.ball, &mut || true)
-            .map_err(|error| CostError::NoReference(error.to_string()))
+        follow(
+            scene,
+            &self.state,
+            self.horizon,
+            &mut self.ball,
+            &mut || true,
+        )
+        .map_err(|error| CostError::NoReference(error.to_string()))
     }
 
     /// A point: a setting against the reference. `None` if it was told to stop.
@@ -340,8 +365,15 @@ pub(super) fn mode_sets(
         families.axial = axial;
         Ok(scene)
     };
-    let reference = turned(MODES_REFERENCE)?;
-    let settings = MODES.map(turned);
+    let sets = match ground.plan.scene.joint()?.spec.body.frequencies {
+        Frequencies::Published => MODES,
+        Frequencies::FiniteElement => OWN_MODES,
+    };
+    let (reference, fewer) = match &sets[..] {
+        [fewer @ .., all] => (turned(*all)?, fewer),
+        [] => return Ok(Some(Vec::new())),
+    };
+    let settings: Vec<_> = fewer.iter().map(|modes| turned(*modes)).collect();
     let look = ResponsePlan {
         exponents: 0,
         portrait: false,
@@ -379,7 +411,7 @@ pub(super) fn mode_sets(
             names.iter().map(|name| values[name]).collect()
         };
         let state = [of(&q), of(&v)].concat();
-        let on = &mut || goes_on(k as f64 / MODES.len() as f64);
+        let on = &mut || goes_on(k as f64 / fewer.len() as f64);
         let compare: Compare = Path::velocity_error;
         let Some(point) = ground.point(names.len() as f64, &scene, &state, &best, compare, on)
         else {
