@@ -412,6 +412,9 @@ pub struct CostArgs {
     /// The directory for figures and table.
     #[arg(long, value_name = "DIR", default_value = "cost")]
     pub out: PathBuf,
+    /// Write the sets as a chapter of a page (Markdown), such as those of the guide.
+    #[arg(long, value_name = "FILE.md")]
+    pub page: Option<PathBuf>,
     /// Write the scene with the advice in it, for `--accuracy`.
     #[arg(long, value_name = "FILE.toml")]
     pub write: Option<PathBuf>,

@@ -55,9 +55,10 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     plan.horizon = 1e-3 * args.horizon;
     check_directory(&args.out, "--out")?;
     let own = args.scene.as_deref().map(OsStr::new);
-    let [write, json] = check_all(
+    let [page, write, json] = check_all(
         own,
         [
+            ("--page", args.page.as_deref()),
             ("--write", args.write.as_deref()),
             ("--json", args.json.as_deref()),
         ],
@@ -82,7 +83,13 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
         file.write(|out| out.write_all(text.as_bytes()))?;
         files.push(FileReport::of(&file)?);
     }
-    report::deliver(&CostReport::new(&study, advised, files), json.as_ref())?;
+    let mut report = CostReport::new(&study, advised, files);
+    if let Some(file) = page {
+        let chapter = report.chapter();
+        file.write(|out| out.write_all(chapter.as_bytes()))?;
+        report.files.push(FileReport::of(&file)?);
+    }
+    report::deliver(&report, json.as_ref())?;
     Ok(())
 }
 
@@ -207,6 +214,81 @@ impl CostReport {
     }
 }
 
+impl CostReport {
+    /// The sets as a chapter of a page: a table a knob, a column a family.
+    fn chapter(&self) -> String {
+        let mut text = format!(
+            "## {}\n\nTrajectories over {:.3} ms from the settled motion",
+            self.scene, self.horizon_ms
+        );
+        if let Some(exponent) = self.exponent_per_s {
+            let _ = write!(text, ", whose largest exponent is {exponent:.1} 1/s");
+        }
+        text.push_str(".\n\n");
+        if !self.advice.is_empty() {
+            text.push_str(
+                "| for an error of | the cheapest setting | CPU ms | calls | its error |\n|---|---|---|---|---|\n",
+            );
+            for advice in &self.advice {
+                let _ = writeln!(
+                    text,
+                    "| {:.0e} | `{}` at {} | {:.2} | {} | {:.1e} |",
+                    advice.target,
+                    advice.method,
+                    short(advice.value),
+                    1e3 * advice.seconds,
+                    advice.calls,
+                    advice.error
+                );
+            }
+            text.push('\n');
+        }
+        let mut knobs: Vec<&str> = self.sets.iter().map(|set| set.knob).collect();
+        knobs.dedup();
+        for knob in knobs {
+            let sets: Vec<&SetReport> = self.sets.iter().filter(|set| set.knob == knob).collect();
+            let floor = sets
+                .iter()
+                .filter_map(|set| set.reference_error)
+                .reduce(f64::max);
+            let floor = floor.map(|floor| format!("; the reference's own {floor:.1e}"));
+            let _ = writeln!(
+                text,
+                "**{knob}**: {}{}, after CPU ms (calls)\n",
+                sets[0].error_is,
+                floor.unwrap_or_default()
+            );
+            for set in sets {
+                let _ = writeln!(text, "* {}, by {}: {}", set.family, set.turned, set.line());
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+impl SetReport {
+    /// The points in one line.
+    fn line(&self) -> String {
+        let points = self.points.iter().map(|point| {
+            let calls = match point.calls {
+                0 => String::new(),
+                calls => format!(" ({calls})"),
+            };
+            let error = match point.error {
+                Some(error) => format!("{error:.1e}"),
+                None => "failed".to_owned(),
+            };
+            format!(
+                "{}: {error} after {:.2}{calls}",
+                short(point.value),
+                point.cpu_ms
+            )
+        });
+        points.collect::<Vec<_>>().join("; ")
+    }
+}
+
 impl Report for CostReport {
     fn text(&self) -> String {
         let mut text = format!(
@@ -278,7 +360,7 @@ mod tests {
         CostPoint {
             value: 1e-4,
             seconds,
-            calls: 2000,
+            calls: (1e6 * seconds).round() as u64,
             error,
         }
     }
@@ -330,6 +412,7 @@ mod tests {
             repeats: 1,
             horizon: 2.0,
             out: folder.join("cost"),
+            page: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),
             json: Some(folder.join("cost.json")),
         }
@@ -360,6 +443,15 @@ mod tests {
         let csv = read("cost/cost.csv");
         assert_eq!(csv.lines().count(), 4, "{csv}");
         assert!(csv.contains("\"it 'blew' up\""), "{csv}");
+        let page = read("page.md");
+        assert!(
+            page.contains("| 1e-2 | `lawson54` at 1.0e-4 | 1.00 | 1000 | 2.0e-3 |"),
+            "{page}"
+        );
+        assert!(
+            page.contains("* dop853, by tolerance: 1.0e-4: failed after 0.50 (500)"),
+            "{page}"
+        );
         let mine = folder.path().join("mine.toml");
         let scene = Scene::load(&mine.to_string_lossy()).unwrap();
         assert_eq!(scene.advice.len(), 4);

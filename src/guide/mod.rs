@@ -4,6 +4,7 @@
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
+//! * [`cost`]: what accuracy costs, knob by knob, for four scenes.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
 
@@ -18,6 +19,9 @@ pub mod exponents {}
 
 #[doc = include_str!("sweeps.md")]
 pub mod sweeps {}
+
+#[doc = include_str!("cost.md")]
+pub mod cost {}
 
 #[doc = include_str!("peers.md")]
 pub mod peers {}

@@ -39,13 +39,15 @@ pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
                 (error <= target && floor <= target).then_some((set, point, error))
             })
         });
-        // Of times that differ by less than they scatter the method named first counts.
-        points.reduce(
-            |best, next| match next.1.seconds < NOTABLY * best.1.seconds {
+        // Of times that differ by less than they scatter, and of the same calls, the method named first
+        // counts.
+        points.reduce(|best, next| {
+            let cheaper = next.1.seconds < NOTABLY * best.1.seconds;
+            match cheaper && next.1.calls != best.1.calls {
                 true => next,
                 false => best,
-            },
-        )
+            }
+        })
     };
     let advised = TARGETS.into_iter().filter_map(|target| {
         let (set, point, error) = cheapest(target)?;

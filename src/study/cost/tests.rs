@@ -48,7 +48,10 @@ fn more_nodes_and_smaller_elements_come_nearer() {
     let study = turned("torus-3deg", Knob::Nodes);
     for family in ["rings", "gauss"] {
         let found = errors(&study, family);
-        assert!(found[7] < 0.05 * found[0], "{family}: {found:?}");
+        let set = study.sets.iter().find(|set| set.family == family).unwrap();
+        // Down to what the two references differ by.
+        assert!(found[7] < 0.1 * found[0], "{family}: {found:?}");
+        assert!(found[7] < 20.0 * set.floor.unwrap(), "{family}: {found:?}");
     }
     let elements = turned("torus-3deg", Knob::Elements);
     let found = errors(&elements, "quadratic elements");
