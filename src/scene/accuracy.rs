@@ -134,7 +134,10 @@ mod tests {
         // Between two the better one.
         assert_eq!(found(5e-3).method, Method::Dop853);
         let refused = advised.with_accuracy(1e-9).unwrap_err().to_string();
-        assert!(refused.contains("squeakscope cost mode-shift-3.5deg"), "{refused}");
+        assert!(
+            refused.contains("squeakscope cost mode-shift-3.5deg"),
+            "{refused}"
+        );
         for text in ["dop853", "dop 1e-3", "rk4 -1", "rk4 x", "auto 3"] {
             assert_eq!(Advised::read(1e-2, text), None, "{text}");
         }
