@@ -32,8 +32,11 @@ const SAMPLES_A_LAG: usize = 6;
 const DIMENSION: usize = 5;
 const LEAST_LINE: usize = 4;
 
+/// A number of a settled motion.
+type Invariant = fn(&Response) -> Option<f64>;
+
 /// What does not depend on the trajectory.
-const INVARIANTS: [(&str, fn(&Response) -> Option<f64>); 4] = [
+const INVARIANTS: [(&str, Invariant); 4] = [
     ("frequency of the strongest line", |found| {
         Some(found.lines.first()?.frequency)
     }),
@@ -78,7 +81,7 @@ pub(super) fn invariant_sets(
         };
         best.push(found);
     }
-    let relative = |of: fn(&Response) -> Option<f64>, found: &Response| {
+    let relative = |of: Invariant, found: &Response| {
         let (ours, best) = (of(found)?, of(&best[0])?);
         Some((ours / best - 1.0).abs()).filter(|error| error.is_finite())
     };
