@@ -15,7 +15,7 @@ use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio, 
 use squeakscope::scene::Scene;
 
 /// Numbers of contact nodes.
-const NODES: [usize; 4] = [28, 100, 452, 2000];
+const NODES: [usize; 5] = [16, 64, 100, 1000, 10_000];
 /// The number where the other parameters are swept.
 const USUAL: usize = 100;
 

@@ -4,6 +4,7 @@
 use super::Joint;
 use super::lanes::LANES;
 use super::nodes::radial;
+use super::traction::Query;
 use crate::dynamics::System;
 
 /// Energies at one instant, J. All are zero at the equilibrium and never negative.
@@ -66,7 +67,15 @@ impl Joint {
         let m = self.omega().len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
         let mut force = vec![0.0; m];
-        let friction = self.traction(self.lift_off(), None, q, v, &mut force).power;
+        let passed = self.traction(Query {
+            contact: self.lift_off(),
+            record: None,
+            audited: true,
+            q,
+            v,
+            force: &mut force,
+        });
+        let friction = passed.power;
         let contact = (0..self.nodes.count)
             .map(|k| {
                 let action = self.node_action(k, q, v);

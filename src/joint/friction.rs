@@ -9,6 +9,7 @@ use std::fmt::Debug;
 
 use pulp::Simd;
 
+use super::exponential::Exponential;
 use super::lanes::Vector;
 
 /// A coefficient of friction divided by the slip speed, and how that changes with the speed.
@@ -87,31 +88,53 @@ impl Stribeck {
 
     /// The ratio for several speeds at once, all above zero; inlined into the hot loop.
     #[inline(always)]
-    pub(crate) fn ratio_vector<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S> {
-        let number = |x: f64| Vector::splat(simd, x);
-        let creep = (speed * number(self.creep)).one_minus_neg_exp();
-        let slide = (speed * number(self.stribeck)).neg_exp();
-        let sliding = slide.mul_add(number(self.mu_s - self.mu_d), number(self.mu_d));
-        creep * sliding / speed
+    pub(crate) fn ratio_vector<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> Vector<S, K> {
+        let (creep, slide) = self.exponentials(speed);
+        let below = creep.below() * slide.below();
+        creep.rest() * self.sliding_vector(slide) / (speed * below)
     }
 
     /// [`Stribeck::ratio_vector`], to the same bits, and `V` times the ratio's slope, which is
     /// `dmu/dV - mu/V`. From the same exponentials; what cancels near rest is small beside the ratio
     /// itself, to which it is added in the force's derivative.
     #[inline(always)]
-    pub(crate) fn ratio_and_slope_vector<S: Simd>(
+    pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
         &self,
-        simd: S,
-        speed: Vector<S>,
-    ) -> (Vector<S>, Vector<S>) {
-        let number = |x: f64| Vector::splat(simd, x);
-        let (creep_left, creep) = (speed * number(self.creep)).neg_exp_and_rest();
-        let slide = (speed * number(self.stribeck)).neg_exp();
-        let sliding = slide.mul_add(number(self.mu_s - self.mu_d), number(self.mu_d));
-        let ratio = creep * sliding / speed;
-        let sliding_fall = slide * number(self.stribeck * (self.mu_s - self.mu_d));
-        let slope = (creep_left * number(self.creep)).mul_add(sliding, -(creep * sliding_fall));
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        let (creep, slide) = self.exponentials(speed);
+        let below = creep.below() * slide.below();
+        let sliding = self.sliding_vector(slide);
+        let ratio = creep.rest() * sliding / (speed * below);
+        let creep_rise = creep.above() * speed.same(self.creep);
+        let sliding_fall = slide.above() * speed.same(self.stribeck * (self.mu_s - self.mu_d));
+        let slope = creep_rise.mul_add(sliding, -(creep.rest() * sliding_fall)) / below;
         (ratio, slope - ratio)
+    }
+
+    /// `exp(-creep V)` and `exp(-stribeck V)`.
+    #[inline(always)]
+    fn exponentials<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Exponential<S, K>, Exponential<S, K>) {
+        (
+            Exponential::of(speed, self.creep),
+            Exponential::of(speed, self.stribeck),
+        )
+    }
+
+    /// The sliding factor times the denominator of its exponential.
+    #[inline(always)]
+    fn sliding_vector<S: Simd, const K: usize>(&self, slide: Exponential<S, K>) -> Vector<S, K> {
+        let (above, below) = (slide.above(), slide.below());
+        above.mul_add(
+            above.same(self.mu_s - self.mu_d),
+            below * below.same(self.mu_d),
+        )
     }
 }
 
@@ -204,7 +227,7 @@ mod tests {
             type Output = f64;
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> f64 {
-                let ratio = self.0.ratio_vector(simd, Vector::splat(simd, self.1));
+                let ratio = self.0.ratio_vector(Vector::<S>::splat(simd, self.1));
                 ratio.sum() / S::F64_LANES as f64
             }
         }

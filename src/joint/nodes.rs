@@ -23,7 +23,11 @@ impl Rows {
     /// One vector of each.
     #[inline(always)]
     pub fn part<S: Simd>(&self, simd: S, part: usize) -> [Vector<S>; 3] {
-        [&self.s, &self.t, &self.r].map(|row| row.part(simd, part))
+        [
+            self.s.part(simd, part),
+            self.t.part(simd, part),
+            self.r.part(simd, part),
+        ]
     }
 }
 

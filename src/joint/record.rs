@@ -12,40 +12,27 @@
 
 use pulp::Simd;
 
-use super::lanes::{LANES, Vector};
+use super::lanes::{LANES, Place, Vector};
 
 /// Numbers that a block of nodes leaves behind, eight of each.
 pub(crate) const KEPT: usize = 7;
 
-/// The derivative at as many nodes as there are in a vector.
+/// The derivative at the nodes of some vectors side by side.
 #[derive(Clone, Copy)]
-pub(crate) struct NodeSlopes<S: Simd> {
+pub(crate) struct NodeSlopes<S: Simd, const K: usize = 1> {
     /// `A k` where the node presses, else zero, N/m.
-    pub stiffness: Vector<S>,
+    pub stiffness: Vector<S, K>,
     /// `mu`.
-    pub coefficient: Vector<S>,
+    pub coefficient: Vector<S, K>,
     /// `N g`, N s/m.
-    pub drag: Vector<S>,
+    pub drag: Vector<S, K>,
     /// `N (dmu/dV - mu/V)`, N s/m.
-    pub bend: Vector<S>,
+    pub bend: Vector<S, K>,
     /// `h` along the node's frame.
-    pub direction: [Vector<S>; 3],
+    pub direction: [Vector<S, K>; 3],
 }
 
 impl<S: Simd> NodeSlopes<S> {
-    /// Those of nodes without friction.
-    #[inline(always)]
-    pub fn frictionless(simd: S, stiffness: Vector<S>) -> Self {
-        let zero = Vector::splat(simd, 0.0);
-        Self {
-            stiffness,
-            coefficient: zero,
-            drag: zero,
-            bend: zero,
-            direction: [zero; 3],
-        }
-    }
-
     /// Reads back what was kept of a block.
     #[inline(always)]
     pub fn load(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Self {
@@ -61,11 +48,24 @@ impl<S: Simd> NodeSlopes<S> {
     }
 }
 
-impl<S: Simd> NodeSlopes<S> {
-    /// Keeps the derivative at nodes of a block: [`KEPT`] times eight numbers a block.
+impl<S: Simd, const K: usize> NodeSlopes<S, K> {
+    /// Those of nodes without friction.
     #[inline(always)]
-    pub fn keep(self, kept: &mut [[f64; LANES]], block: usize, part: usize) {
-        let kept = &mut kept[block * KEPT..][..KEPT];
+    pub fn frictionless(simd: S, stiffness: Vector<S, K>) -> Self {
+        let zero = Vector::splat(simd, 0.0);
+        Self {
+            stiffness,
+            coefficient: zero,
+            drag: zero,
+            bend: zero,
+            direction: [zero; 3],
+        }
+    }
+
+    /// Keeps the derivative at the nodes of the vectors from `first` on: [`KEPT`] times eight numbers
+    /// a block.
+    #[inline(always)]
+    pub fn keep(self, kept: &mut [[f64; LANES]], first: usize) {
         let [along, across, outward] = self.direction;
         let numbers = [
             self.stiffness,
@@ -76,8 +76,12 @@ impl<S: Simd> NodeSlopes<S> {
             across,
             outward,
         ];
-        for (kept, number) in kept.iter_mut().zip(numbers) {
-            number.store(kept, part);
+        for k in 0..K {
+            let place = Place::of::<S>(first + k);
+            let kept = &mut kept[place.block * KEPT..][..KEPT];
+            for (kept, number) in kept.iter_mut().zip(numbers) {
+                number.one(k).store(kept, place.part);
+            }
         }
     }
 }

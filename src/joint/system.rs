@@ -7,9 +7,10 @@ use pulp::Arch;
 use super::equilibrium::Equilibrium;
 use super::friction::{FrictionLaw, Stribeck};
 use super::lanes::LANES;
+use super::law::{Custom, Frictionless, Smoothed};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::traction::{Custom, Frictionless, MOST_MODES, OpenNodes, Passed, Smoothed, Traction};
+use super::traction::{MOST_MODES, OpenNodes, Passed, Query, Traction};
 use super::{Friction, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
@@ -106,7 +107,7 @@ impl Joint {
             omega: model.omega.clone(),
             damping: model.damping.clone(),
             probe: model.probe.clone(),
-            equilibrium: Equilibrium::default(),
+            equilibrium: Equilibrium::unknown(m),
             audit: false,
             arch: Arch::new(),
         };
@@ -150,28 +151,15 @@ impl Joint {
         }
     }
 
-    /// The right side of Eq. (8) at `(q, v)`: generalised forces of contact and friction into
-    /// `force` (length `m`), and the power of friction. A record given gets what the derivative
-    /// needs.
-    pub(crate) fn traction(
-        &self,
-        contact: LiftOff<'_>,
-        record: Option<&mut [[f64; LANES]]>,
-        q: &[f64],
-        v: &[f64],
-        force: &mut [f64],
-    ) -> Passed {
-        let nodes = &self.nodes;
+    /// The right side of Eq. (8), less that of steady sliding.
+    pub(crate) fn traction(&self, mut query: Query<'_>) -> Passed {
         macro_rules! pass {
             ($law:expr) => {
                 self.arch.dispatch(Traction {
-                    nodes,
+                    nodes: &self.nodes,
                     law: $law,
-                    contact,
-                    record,
-                    q,
-                    v,
-                    force,
+                    steady: &self.equilibrium.force,
+                    query: &mut query,
                 })
             };
         }
@@ -194,10 +182,14 @@ impl Joint {
     ) {
         let m = self.omega.len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
-        let passed = self.traction(contact, record, q, v, &mut out[..m]);
-        for (out, steady) in out.iter_mut().zip(&self.equilibrium.force) {
-            *out -= steady;
-        }
+        let passed = self.traction(Query {
+            contact,
+            record,
+            audited: self.audit,
+            q,
+            v,
+            force: &mut out[..m],
+        });
         if self.audit {
             out[m] = passed.power + self.damping_power(v);
         }

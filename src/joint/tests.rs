@@ -11,6 +11,7 @@ use super::*;
 use crate::dynamics::{Differentiable, System};
 
 mod derivative;
+mod hot_loop;
 mod switching;
 
 const STRIBECK: Friction = Friction::Stribeck {
@@ -87,8 +88,8 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
                 slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
             }
             let speed = norm(slip);
-            let mu = law.coefficient(speed);
-            traction = vector::add_scaled(traction, -mu * stress / speed, slip);
+            let ratio = law.ratio(speed).value;
+            traction = vector::add_scaled(traction, -ratio * stress, slip);
         }
         for i in 0..model.modes() {
             force[i] += dot(shapes[i], traction) * model.areas[k];
@@ -103,35 +104,6 @@ fn frictions() -> [Friction; 3] {
     };
     let tangent = Friction::Stribeck { law, radial: false };
     [Friction::None, STRIBECK, tangent]
-}
-
-/// The hot loop is Eq. (8), for every law, with and without lift-off, for the number of modes it
-/// is compiled for and for another, with and without padding.
-#[test]
-fn hot_loop_is_equation_8() {
-    for friction in frictions() {
-        for (nodes, modes, unilateral) in
-            [(13, 11, true), (16, 5, true), (9, 11, false), (1, 2, false)]
-        {
-            let model = Model {
-                unilateral,
-                ..scattered(nodes, modes, friction)
-            };
-            let joint = Joint::new(&model);
-            let z = state(&joint, 3);
-            let (q, v) = z.split_at(modes);
-            let want = equation_8(&model, q, v);
-            let mut got = vec![0.0; modes];
-            joint.traction(joint.lift_off(), None, q, v, &mut got);
-            let size = want.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            for (got, want) in got.iter().zip(&want) {
-                assert!(
-                    (got - want).abs() < 1e-13 * size,
-                    "{friction:?} {got} {want}"
-                );
-            }
-        }
-    }
 }
 
 /// At the equilibrium nothing moves, to the last bit; `omega^2 q_eq` balances Eq. (8).

@@ -2,118 +2,218 @@
 //!
 //! The law of friction is matched once, outside the loop over the nodes; the loop is then compiled
 //! for that very law and for the widest vectors of the machine. An absent effect costs nothing:
-//! without friction no velocity is formed. How nodes lift off, and whether a record is kept, is met
-//! once a block, where it does not show.
+//! without friction no velocity is formed. How nodes lift off, and whether a record or the power is
+//! kept, is met once for some nodes, where it does not show.
+//!
+//! The nodes go through three stages, [`TOGETHER`] vectors of them side by side: how they move, what
+//! force acts on them, and what this force does to the modes. The first and the last are sums of
+//! products, which are limited by how many of them the machine can do; the second is a long chain,
+//! from the squares of the velocities by a root, exponentials and a quotient to the force, during
+//! which the machine would wait. So the motion of the next nodes is worked out in between: it comes
+//! before the force on the modes, which waits for the chain.
+
+use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::friction::FrictionLaw;
-use super::lanes::{LANES, Vector, parts};
+use super::lanes::{Eight, LANES, Place, Vector, parts};
+use super::law::Law;
 use super::lift_off::LiftOff;
-use super::nodes::Nodes;
+use super::nodes::{Block, Nodes, Rows};
 use super::record::NodeSlopes;
 
-/// What the loop does at each node for friction.
-pub(crate) trait Law {
-    /// Whether there is friction at all.
-    const SLIDES: bool;
-    /// Whether the radial velocity takes part, as Eq. (8) has it.
-    const RADIAL: bool;
-    /// `mu(V)/V` at the given speeds, all positive.
-    fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S>;
-    /// The same, and `V` times the slope of the ratio: `dmu/dV - mu/V`.
-    fn ratio_and_slope<S: Simd>(&self, simd: S, speed: Vector<S>) -> (Vector<S>, Vector<S>);
-}
+/// Vectors of nodes side by side. More of them wait less, but need more registers than there are;
+/// where the nodes do not fit the first cache, two are the fastest.
+const TOGETHER: usize = 2;
 
-/// No friction.
-pub(crate) struct Frictionless;
+/// Number of modes in the paper: room for them is made without asking.
+pub(crate) const PAPER_MODES: usize = 11;
 
-impl Law for Frictionless {
-    const SLIDES: bool = false;
-    const RADIAL: bool = false;
-    #[inline(always)]
-    fn ratio<S: Simd>(&self, simd: S, _: Vector<S>) -> Vector<S> {
-        Vector::splat(simd, 0.0)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd>(&self, simd: S, _: Vector<S>) -> (Vector<S>, Vector<S>) {
-        (Vector::splat(simd, 0.0), Vector::splat(simd, 0.0))
-    }
-}
+/// The most modes that a joint can have.
+pub const MOST_MODES: usize = 64;
 
-/// Eq. (5).
-pub(crate) struct Smoothed<const RADIAL: bool>(pub super::Stribeck);
-
-impl<const RADIAL: bool> Law for Smoothed<RADIAL> {
-    const SLIDES: bool = true;
-    const RADIAL: bool = RADIAL;
-    #[inline(always)]
-    fn ratio<S: Simd>(&self, simd: S, speed: Vector<S>) -> Vector<S> {
-        self.0.ratio_vector(simd, speed)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd>(&self, simd: S, speed: Vector<S>) -> (Vector<S>, Vector<S>) {
-        self.0.ratio_and_slope_vector(simd, speed)
-    }
-}
-
-/// A user's own law, called once a vector.
-pub(crate) struct Custom<'a, const RADIAL: bool>(pub &'a dyn FrictionLaw);
-
-impl<const RADIAL: bool> Law for Custom<'_, RADIAL> {
-    const SLIDES: bool = true;
-    const RADIAL: bool = RADIAL;
-    #[inline(always)]
-    fn ratio<S: Simd>(&self, _: S, speed: Vector<S>) -> Vector<S> {
-        speed.through(|speeds| self.0.ratios(speeds))
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd>(&self, _: S, speed: Vector<S>) -> (Vector<S>, Vector<S>) {
-        let (ratio, slope) =
-            speed.through_both(|speeds, slopes| self.0.ratios_and_slopes(speeds, slopes));
-        (ratio, speed * slope)
-    }
-}
-
-/// One pass over the nodes.
-pub(crate) struct Traction<'a, L> {
-    pub nodes: &'a Nodes,
-    pub law: L,
+/// What is asked of a pass over the nodes.
+pub(crate) struct Query<'a> {
     /// Which nodes press.
     pub contact: LiftOff<'a>,
     /// Gets what is kept for the derivative, where that is wanted.
     pub record: Option<&'a mut [[f64; LANES]]>,
+    /// Whether the power is wanted.
+    pub audited: bool,
     /// Modal coordinates and velocities.
     pub q: &'a [f64],
     pub v: &'a [f64],
-    /// Gets the generalised forces, `m`.
+    /// Gets the generalised forces less those of steady sliding, `m`.
     pub force: &'a mut [f64],
+}
+
+/// One pass over the nodes.
+pub(crate) struct Traction<'p, 'a, L> {
+    pub nodes: &'p Nodes,
+    pub law: L,
+    /// Generalised forces of steady sliding, `m`.
+    pub steady: &'p [f64],
+    pub query: &'p mut Query<'a>,
 }
 
 /// What the pass found beside the forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Passed {
-    /// Power of friction's deviation from steady sliding on the vibration, W.
+    /// Power of friction's deviation from steady sliding on the vibration, W; zero where it is not
+    /// wanted.
     pub power: f64,
 }
 
-impl<L: Law> WithSimd for Traction<'_, L> {
-    type Output = Passed;
+/// Some vectors of nodes, side by side.
+struct Group<'a, const K: usize> {
+    /// Number of the first vector.
+    first: usize,
+    places: [Place; K],
+    blocks: [&'a Block; K],
+    /// The rows of all modes.
+    rows: [&'a [Rows]; K],
+}
 
+impl<'a, const K: usize> Group<'a, K> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Passed {
-        let zero = Vector::splat(simd, 0.0);
-        match self.nodes.modes {
-            PAPER_MODES => self.pass(simd, &mut [zero; PAPER_MODES]),
-            m => self.pass(simd, &mut [zero; MOST_MODES][..m]),
+    fn new<S: Simd>(nodes: &'a Nodes, first: usize) -> Self {
+        let place = Place::of::<S>(first);
+        let mut group = Self {
+            first,
+            places: [place; K],
+            blocks: [&nodes.blocks[place.block]; K],
+            rows: [&[]; K],
+        };
+        for k in 0..K {
+            let place = Place::of::<S>(first + k);
+            group.places[k] = place;
+            group.blocks[k] = &nodes.blocks[place.block];
+            group.rows[k] = &nodes.rows[place.block * nodes.modes..][..nodes.modes];
         }
+        group
+    }
+
+    /// Something that blocks have.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, of: impl Fn(&Block) -> &Eight) -> Vector<S, K> {
+        Vector::beside(
+            simd,
+            #[inline(always)]
+            |k| of(self.blocks[k]).part(simd, self.places[k].part),
+        )
+    }
+
+    /// A row of mode `i`.
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, i: usize, of: impl Fn(&Rows) -> &Eight) -> Vector<S, K> {
+        Vector::beside(
+            simd,
+            #[inline(always)]
+            |k| of(&self.rows[k][i]).part(simd, self.places[k].part),
+        )
     }
 }
 
-impl<L: Law> Traction<'_, L> {
-    /// The loop; `sums` are the accumulators, one a mode. Where their
-    /// number is known to the compiler, they stay in registers.
-    ///
+/// How nodes move: radial displacement from steady sliding, m, and slip velocity in the sliding
+/// frame, m/s.
+#[derive(Clone, Copy)]
+struct Motion<S: Simd, const K: usize> {
+    u_r: Vector<S, K>,
+    slip: [Vector<S, K>; 3],
+}
+
+/// What nodes resist with, N: the force on them, turned round, in the sliding frame.
+type Resistance<S, const K: usize> = [Vector<S, K>; 3];
+
+impl<L: Law> WithSimd for Traction<'_, '_, L> {
+    type Output = Passed;
+
+    /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
+    /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) -> Passed {
+        let modes = self.nodes.modes;
+        let mut few = [Eight::ZERO; PAPER_MODES];
+        let mut many;
+        let sums = if modes <= PAPER_MODES {
+            &mut few[..modes]
+        } else {
+            many = [Eight::ZERO; MOST_MODES];
+            &mut many[..modes]
+        };
+        let mut power = Vector::splat(simd, 0.0);
+        let vectors = 0..self.nodes.blocks.len() * parts::<S>();
+        let left = self.pass::<S, TOGETHER>(simd, vectors, sums, &mut power);
+        self.pass::<S, 1>(simd, left, sums, &mut power);
+        for ((out, sum), steady) in self.query.force.iter_mut().zip(sums).zip(self.steady) {
+            *out = -sum.part(simd, 0).sum() - steady;
+        }
+        Passed { power: power.sum() }
+    }
+}
+
+impl<L: Law> Traction<'_, '_, L> {
+    /// The loop over vectors of nodes, `K` at a time; those that are left over are given back. The
+    /// sums are one a mode, in as many lanes as a vector has.
+    #[inline(always)]
+    fn pass<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        mut vectors: Range<usize>,
+        sums: &mut [Eight],
+        power: &mut Vector<S>,
+    ) -> Range<usize> {
+        if vectors.len() < K {
+            return vectors;
+        }
+        let nodes = self.nodes;
+        let mut group = Group::<K>::new::<S>(nodes, vectors.start);
+        let mut motion = self.motion(simd, &group);
+        loop {
+            let resistance = self.resistance(simd, &group, motion, power);
+            vectors.start += K;
+            if vectors.len() < K {
+                push::<S, L, K>(simd, &group, resistance, sums);
+                return vectors;
+            }
+            let next = Group::<K>::new::<S>(nodes, vectors.start);
+            motion = self.motion(simd, &next);
+            push::<S, L, K>(simd, &group, resistance, sums);
+            group = next;
+        }
+    }
+
+    /// Eq. (4) and (7) in the sliding frames.
+    #[inline(always)]
+    fn motion<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Motion<S, K> {
+        let modes = self.nodes.modes;
+        let (q, v) = (&self.query.q[..modes], &self.query.v[..modes]);
+        let zero = Vector::splat(simd, 0.0);
+        let mut u_r = zero;
+        if !L::SLIDES {
+            for i in 0..modes {
+                let r = group.row(simd, i, |row| &row.r);
+                u_r = r.mul_add(Vector::splat(simd, q[i]), u_r);
+            }
+            let slip = [zero; 3];
+            return Motion { u_r, slip };
+        }
+        let steady_speed = group.load(simd, |block| &block.speed);
+        let (mut along, mut across, mut outward) = (steady_speed, zero, zero);
+        for i in 0..modes {
+            let r = group.row(simd, i, |row| &row.r);
+            u_r = r.mul_add(Vector::splat(simd, q[i]), u_r);
+            let v = Vector::splat(simd, v[i]);
+            along = group.row(simd, i, |row| &row.s).mul_add(v, along);
+            across = group.row(simd, i, |row| &row.t).mul_add(v, across);
+            if L::RADIAL {
+                outward = r.mul_add(v, outward);
+            }
+        }
+        let slip = [along, across, outward];
+        Motion { u_r, slip }
+    }
+
     /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
     ///
     /// Eq. (2): `N = max(0, p_n + k_c u_r)`, with `u_r` (m) from steady sliding.
@@ -121,105 +221,89 @@ impl<L: Law> Traction<'_, L> {
     /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
     ///
     /// Eq. (6): the virtual work of both, summed over the nodes with their areas `Delta A` (m^2).
-    ///
-    /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
-    /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
     #[inline(always)]
-    fn pass<S: Simd>(mut self, simd: S, sums: &mut [Vector<S>]) -> Passed {
-        let modes = sums.len();
-        let (q, v) = (&self.q[..modes], &self.v[..modes]);
+    fn resistance<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        group: &Group<'_, K>,
+        motion: Motion<S, K>,
+        power: &mut Vector<S>,
+    ) -> Resistance<S, K> {
         let zero = Vector::splat(simd, 0.0);
-        let mut power = zero;
-        for (index, (block, rows)) in self.nodes.iter().enumerate() {
-            let rows = &rows[..modes];
-            for part in 0..parts::<S>() {
-                // Normal stress.
-                let mut u_r = zero;
-                for i in 0..modes {
-                    u_r = rows[i]
-                        .r
-                        .part(simd, part)
-                        .mul_add(Vector::splat(simd, q[i]), u_r);
-                }
-                let stiffness = block.stiffness.part(simd, part);
-                let gap = stiffness.mul_add(u_r, block.pre_stress.part(simd, part));
-                let area = block.area.part(simd, part);
-                let normal = self.contact.stress(index, part, gap) * area;
-                let pressing = || self.contact.pressing(index, part, gap, stiffness * area);
-                if !L::SLIDES {
-                    if let Some(record) = &mut self.record {
-                        NodeSlopes::frictionless(simd, pressing()).keep(record, index, part);
-                    }
-                    for i in 0..modes {
-                        sums[i] = rows[i].r.part(simd, part).mul_add(-normal, sums[i]);
-                    }
-                    continue;
-                }
-                // Slip velocity.
-                let steady_speed = block.speed.part(simd, part);
-                let (mut along, mut across, mut outward) = (steady_speed, zero, zero);
-                for i in 0..modes {
-                    let v = Vector::splat(simd, v[i]);
-                    along = rows[i].s.part(simd, part).mul_add(v, along);
-                    across = rows[i].t.part(simd, part).mul_add(v, across);
-                    if L::RADIAL {
-                        outward = rows[i].r.part(simd, part).mul_add(v, outward);
-                    }
-                }
-                let mut square = across.mul_add(across, along * along);
-                if L::RADIAL {
-                    square = outward.mul_add(outward, square);
-                }
-                // A hair above zero, so that mu(V)/V can be formed by a division.
-                let speed = square.at_least(1e-280).sqrt();
-                // Friction force.
-                let drag = if let Some(record) = &mut self.record {
-                    let (ratio, slope) = self.law.ratio_and_slope(simd, speed);
-                    let drag = normal * ratio;
-                    let inverse = Vector::splat(simd, 1.0) / speed;
-                    let outward = if L::RADIAL { outward } else { zero };
-                    let slopes = NodeSlopes {
-                        stiffness: pressing(),
-                        coefficient: ratio * speed,
-                        drag,
-                        bend: normal * slope,
-                        direction: [along, across, outward].map(|slip| slip * inverse),
-                    };
-                    slopes.keep(record, index, part);
-                    -drag
-                } else {
-                    -(normal * self.law.ratio(simd, speed))
-                };
-                let (drag_along, drag_across) = (drag * along, drag * across);
-                let deviation = drag_along - block.steady_friction.part(simd, part);
-                power = deviation.mul_add(along - steady_speed, power);
-                power = drag_across.mul_add(across, power);
-                let mut radial = -normal;
-                if L::RADIAL {
-                    let drag_outward = drag * outward;
-                    power = drag_outward.mul_add(outward, power);
-                    radial = drag_outward - normal;
-                }
-                // Generalised forces.
-                for i in 0..modes {
-                    let sum = rows[i].s.part(simd, part).mul_add(drag_along, sums[i]);
-                    let sum = rows[i].t.part(simd, part).mul_add(drag_across, sum);
-                    sums[i] = rows[i].r.part(simd, part).mul_add(radial, sum);
-                }
+        let stiffness = group.load(simd, |block| &block.stiffness);
+        let gap = stiffness.mul_add(motion.u_r, group.load(simd, |block| &block.pre_stress));
+        let area = group.load(simd, |block| &block.area);
+        let contact = self.query.contact;
+        let normal = contact.stress(group.first, gap) * area;
+        let pressing = || contact.pressing(group.first, gap, stiffness * area);
+        if !L::SLIDES {
+            if let Some(record) = &mut self.query.record {
+                NodeSlopes::frictionless(simd, pressing()).keep(record, group.first);
+            }
+            return [zero, zero, normal];
+        }
+        let [along, across, outward] = motion.slip;
+        let mut square = across.mul_add(across, along * along);
+        if L::RADIAL {
+            square = outward.mul_add(outward, square);
+        }
+        // A hair above zero, so that mu(V)/V can be formed by a division.
+        let speed = square.at_least(1e-280).sqrt();
+        let drag = if let Some(record) = &mut self.query.record {
+            let (ratio, slope) = self.law.ratio_and_slope(speed);
+            let drag = normal * ratio;
+            let inverse = speed.same(1.0) / speed;
+            let slopes = NodeSlopes {
+                stiffness: pressing(),
+                coefficient: ratio * speed,
+                drag,
+                bend: normal * slope,
+                direction: [along * inverse, across * inverse, outward * inverse],
+            };
+            slopes.keep(record, group.first);
+            drag
+        } else {
+            normal * self.law.ratio(speed)
+        };
+        if self.query.audited {
+            let steady_friction = group.load(simd, |block| &block.steady_friction);
+            let vibration = along - group.load(simd, |block| &block.speed);
+            let mut lost = drag.mul_add(along, steady_friction) * vibration;
+            lost = (drag * across).mul_add(across, lost);
+            lost = (drag * outward).mul_add(outward, lost);
+            for k in 0..K {
+                *power = *power - lost.one(k);
             }
         }
-        for (out, sum) in self.force.iter_mut().zip(sums.iter()) {
-            *out = sum.sum();
+        let mut radial = normal;
+        if L::RADIAL {
+            radial = drag.mul_add(outward, normal);
         }
-        Passed { power: power.sum() }
+        [drag * along, drag * across, radial]
     }
 }
 
-/// Number of modes in the paper: the loops are compiled for it apart.
-pub(crate) const PAPER_MODES: usize = 11;
-
-/// The most modes that a joint can have: as many as the hot loop has accumulators for.
-pub const MOST_MODES: usize = 64;
+/// Adds to the sums, one a mode, what the nodes of a group do.
+#[inline(always)]
+fn push<S: Simd, L: Law, const K: usize>(
+    simd: S,
+    group: &Group<'_, K>,
+    [along, across, outward]: Resistance<S, K>,
+    sums: &mut [Eight],
+) {
+    for (i, lanes) in sums.iter_mut().enumerate() {
+        let mut sum = lanes.part(simd, 0);
+        for k in 0..K {
+            let [s, t, r] = group.rows[k][i].part(simd, group.places[k].part);
+            if L::SLIDES {
+                sum = s.mul_add(along.one(k), sum);
+                sum = t.mul_add(across.one(k), sum);
+            }
+            sum = r.mul_add(outward.one(k), sum);
+        }
+        sum.store(&mut lanes.0, 0);
+    }
+}
 
 /// A pass over the normal gaps only: which nodes are open.
 pub(crate) struct OpenNodes<'a> {

@@ -12,19 +12,18 @@ GUESS = 4e-9
 
 def operations(modes):
     """Floating-point operations of our right-hand side a node, counted in `src/joint/traction.rs`,
-    `friction.rs` and `lanes.rs`. A fused multiply-add is two operations; any other addition,
+    `friction.rs` and `exponential.rs`. A fused multiply-add is two operations; any other addition,
     multiplication, division, square root or maximum is one; negations, comparisons, and what is
     done to integers are none."""
     rows = 2 * modes * (1 + 3 + 3)  # radial displacement; three velocities; three forces
     gap = 2 + 1 + 1  # pre-stress + stiffness u_r; lift-off; area
     speed = 1 + 2 + 2 + 1 + 1  # squares; off zero; root
-    # Bound, n, its rounding, the remainder, six pairs, two powers, three and three of Estrin's
-    # scheme with one more power, and the fraction.
-    exponential = 1 + 2 + 1 + 4 + 12 + 2 + 6 + 6 + 1 + 1
-    ratio = 2 + 2 * exponential + 3 + 2 + 2 + 2  # arguments; both; 1 - exp; exp; sliding; ratio
-    force = 1 + 3 + 1  # drag; its components; the radial force
-    power = 1 + 1 + 2 + 2 + 2  # friction's deviation from steady sliding, for the energy audit
-    return rows + gap + speed + ratio + force + power
+    # Bound, n, its rounding, the remainder, its square; even and odd.
+    exponential = 1 + 2 + 1 + 2 + 1 + 4 + 5
+    # Both exponentials and their denominators; 1 - exp; the sliding factor; the ratio.
+    ratio = 2 * (exponential + 1) + 5 + 5 + 4
+    force = 1 + 2 + 2  # drag; its components; the radial force
+    return rows + gap + speed + ratio + force
 
 
 def alternated(programs, exported, rounds):
