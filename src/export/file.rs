@@ -35,10 +35,33 @@ pub fn replace_file(
         file.persist(path).map_err(|fault| fault.error)?;
         Ok(())
     };
-    attempt().map_err(|source| OutputError {
+    attempt().map_err(|source| failed(path, source))
+}
+
+/// What it is that a file could not be written.
+pub(super) fn failed(path: &Path, source: io::Error) -> OutputError {
+    OutputError {
         path: path.to_owned(),
         source,
-    })
+    }
+}
+
+/// The folder that a file is in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// A new file without a name, where `path` will be: gone when closed, however the program ends.
+///
+/// # Errors
+/// If no file can be made there.
+pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
+    let made = tempfile::tempfile_in(folder(path));
+    // As below.
+    made.map_err(|fault| fault.kind().into())
 }
 
 /// A new file in the folder of `path`, gone when dropped; as readable as any other file.
@@ -46,16 +69,12 @@ pub fn replace_file(
 /// # Errors
 /// If no file can be made there.
 pub fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     let mut builder = tempfile::Builder::new();
     // Temporary files are private by default; here the user's umask decides.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     // The library's message has the name of the temporary file, which nobody asked for.
-    let made = builder.prefix(".squeakscope-").tempfile_in(folder);
+    let made = builder.prefix(".squeakscope-").tempfile_in(folder(path));
     made.map_err(|fault| fault.kind().into())
 }
 

@@ -60,23 +60,52 @@ pub fn write_npz(path: &Path, arrays: &[(&str, Array)]) -> Result<(), OutputErro
 /// # Errors
 /// If `out` cannot be written.
 pub fn encode_npz(out: impl Write + Seek, arrays: &[(&str, Array)]) -> io::Result<()> {
-    let mut zip = ZipWriter::new(out);
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .large_file(true);
+    let mut npz = NpzWriter::new(out);
     for (name, array) in arrays {
-        zip.start_file(format!("{name}.npy"), options)?;
-        let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
+        npz.array(name, &array.shape, array.values.iter().map(|x| Ok(*x)))?;
+    }
+    npz.finish()
+}
+
+/// Writes arrays one after another.
+pub(super) struct NpzWriter<W: Write + Seek> {
+    zip: ZipWriter<W>,
+}
+
+impl<W: Write + Seek> NpzWriter<W> {
+    pub fn new(out: W) -> Self {
+        Self {
+            zip: ZipWriter::new(out),
+        }
+    }
+
+    /// An array of some shape, its numbers in row-major order.
+    pub fn array(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        values: impl Iterator<Item = io::Result<f64>>,
+    ) -> io::Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(true);
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
         let mut writer = npyz::WriteOptions::new()
             .default_dtype()
             .shape(&shape)
-            .writer(&mut zip)
+            .writer(&mut self.zip)
             .begin_nd()?;
-        writer.extend(array.values.iter())?;
-        writer.finish()?;
+        for value in values {
+            writer.push(&value?)?;
+        }
+        writer.finish()
     }
-    zip.finish()?;
-    Ok(())
+
+    pub fn finish(self) -> io::Result<()> {
+        self.zip.finish()?;
+        Ok(())
+    }
 }
 
 /// Reads all arrays of an `.npz` file of doubles.
