@@ -264,6 +264,11 @@ impl Encoder {
         }
     }
 
+    /// Sends what frames of samples have waiting for a fuller batch.
+    pub fn send_waiting(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.frames.finish(rec)
+    }
+
     /// Sends all that waits for a fuller batch.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.frames.finish(rec)?;

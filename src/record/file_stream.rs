@@ -10,19 +10,29 @@ use rerun::{
 
 use super::{error::RecordError, part_file::PartFile};
 
-/// Wall time that pictures, logged one by one, may lag behind the columns of samples: short
-/// enough that views agree while a run is watched or a file is loading.
-const PICTURE_LAG: Duration = Duration::from_millis(20);
+/// Wall time that what is logged may wait for more of its kind where a viewer is watching: short enough
+/// that views agree.
+const WATCHED: Duration = Duration::from_millis(30);
+/// The same where there is only a file, which is to be readable to within a second of its end
+/// whatever happens. What is logged meanwhile shares its chunks: each has a line in the index, which
+/// is kept in memory until the file's end and takes some 6 kB a line.
+const UNWATCHED: Duration = Duration::from_millis(800);
 /// How long a flush may take before the disk counts as stuck.
 pub const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 
-/// A stream of an application into a sink.
+/// Wall time that what is logged may wait for more of its kind.
+pub fn lag(watched: bool) -> Duration {
+    if watched { WATCHED } else { UNWATCHED }
+}
+
+/// A stream of an application into a sink, which a viewer may be watching.
 pub fn open(
     application: &'static str,
     sink: Box<dyn LogSink>,
+    watched: bool,
 ) -> Result<RecordingStream, RecordError> {
     let batcher = ChunkBatcherConfig {
-        flush_tick: PICTURE_LAG,
+        flush_tick: lag(watched),
         ..ChunkBatcherConfig::DEFAULT
     };
     let rec = RecordingStreamBuilder::new(application)

@@ -5,8 +5,8 @@ use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
 use super::{error::RecordError, paths, plot::Bounds, stream, style};
 use crate::pipeline::message::{Frame, Health, JointInfo, ModeInfo, SignalInfo};
 
-/// Rows sent in one go: long enough that a row costs little, short enough to follow live.
-const BATCH_ROWS: usize = 1000;
+/// Rows sent in one go, if nobody asks for them before: each go takes a line of the index of a file.
+const BATCH_ROWS: usize = 4000;
 
 /// Rows of equal width waiting to be sent to one entity.
 #[derive(Debug)]

@@ -33,7 +33,7 @@ use crate::{
 /// Application name: recordings of one application share their blueprint in the viewer.
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
-const FLUSH_EVERY: Duration = Duration::from_millis(500);
+const FLUSH_EVERY: Duration = Duration::from_millis(800);
 /// How long to wait for a viewer's port.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -61,6 +61,8 @@ pub struct RerunSink {
     lost: ViewerLost,
     spec: RecordSpec,
     encoder: Option<Encoder>,
+    /// When samples were last sent without waiting for more of them.
+    sent: Instant,
     flushed: Instant,
 }
 
@@ -95,12 +97,13 @@ impl RerunSink {
             (None, None) => return Err(RecordError::NoOutput),
         };
         Ok(Self {
-            rec: ManuallyDrop::new(file_stream::open(APPLICATION, sink)?),
+            rec: ManuallyDrop::new(file_stream::open(APPLICATION, sink, viewer.is_some())?),
             file,
             viewer,
             lost,
             spec,
             encoder: None,
+            sent: Instant::now(),
             flushed: Instant::now(),
         })
     }
@@ -108,6 +111,11 @@ impl RerunSink {
     /// Whether the viewer has gone while the recording is being saved.
     pub fn viewer_lost(&self) -> bool {
         self.lost.get()
+    }
+
+    /// How long samples may wait.
+    fn patience(&self) -> Duration {
+        file_stream::lag(self.viewer.is_some())
     }
 
     fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
@@ -122,6 +130,10 @@ impl RerunSink {
         }
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
         encoder.accept(&self.rec, record)?;
+        if self.sent.elapsed() >= self.patience() {
+            encoder.send_waiting(&self.rec)?;
+            self.sent = Instant::now();
+        }
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
         }

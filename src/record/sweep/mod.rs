@@ -49,7 +49,7 @@ pub fn save_sweep(path: &Path, sweep: &SweepView) -> Result<(), RecordError> {
     let file = PartFile::create(path)?;
     let sink = Box::new(file_stream::sink(&file)?);
     // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink)?);
+    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink, false)?);
     draw(&rec, sweep)?;
     rec.flush_with_timeout(FLUSH_PATIENCE)
         .map_err(|error| file.write_error(error.to_string()))?;
