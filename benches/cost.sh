@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The guide's page on what accuracy costs (src/guide/cost.md), the small table of the README, and the
-# figures, from one command:
+# The guide's page on what accuracy costs and how cost grows (src/guide/cost.md, its figures in
+# src/guide/cost.html), and the small table of the README, from one command:
 #
 #     benches/cost.sh
 #
-# It takes about three minutes. Times are of the machine that runs it; calls and errors are not.
+# It takes about six minutes on a machine that does nothing else. Times are of the machine that runs it; calls and errors are not.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -20,6 +20,7 @@ fi
 for scene in "${scenes[@]}"; do
     "$program" cost "$scene" --out "$work/$scene" --page "$work/$scene.md"
 done
+"$program" growth torus-3deg --out "$work/growth" --page "$work/growth.md"
 machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)
 {
     cat <<'PAGE'
@@ -35,7 +36,24 @@ PAGE
     echo "Times are of ${machine:-an unknown processor}, one core."
     echo
     for scene in "${scenes[@]}"; do cat "$work/$scene.md"; done
+    cat <<'PAGE'
+# How cost grows
+
+`squeakscope growth SCENE` measures it: CPU time, and the most memory that the program held meanwhile. Modes
+are of finite elements, as the paper has eleven only; the faster they are, the shorter the steps. A sweep is
+timed by the clock. A run's memory is that of its windows and of the recording's index, which has a line for
+each piece of the recording and is written at its end; without a recording (`--npz`) it does not grow.
+
+PAGE
+    sed 's/^## /## In /' "$work/growth.md"
+    echo '# Drawn'
 } > src/guide/cost.md
+# A figure in a line of its own, as HTML wants it within Markdown.
+for figure in "${scenes[@]/%//cost-integrator.svg}" growth/growth.svg; do
+    echo "<div>$(tr '\n' ' ' < "$work/$figure" |
+        sed 's/<svg width="[0-9]*" height="[0-9]*"/<svg width="100%"/')</div>"
+    echo
+done > src/guide/cost.html
 # The advice for one scene stands in the README, between two marks.
 sed -n '/^| for an error/,/^$/p' "$work/torus-3deg.md" > "$work/table"
 sed -i -e '/<!-- cost -->/,/<!-- end of cost -->/{/<!-- cost -->/{p;r '"$work/table"'

@@ -46,6 +46,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// What accuracy costs in this scene: each knob's error against CPU time and calls, and the cheapest setting.
     Cost(CostArgs),
+    /// How time and memory grow with nodes, modes, exponents, recurrence plots, threads and the length of a run.
+    Growth(GrowthArgs),
     /// Write all that Eq. (8) needs as NumPy arrays.
     Model(ModelArgs),
     /// Tell the kind of motion of a signal from anybody's file: WAV, CSV, .npy, .npz, .rrd.
@@ -418,6 +420,28 @@ pub struct CostArgs {
     /// Write the scene with the advice in it, for `--accuracy`.
     #[arg(long, value_name = "FILE.toml")]
     pub write: Option<PathBuf>,
+    /// Write all points as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `squeakscope growth`.
+#[derive(Debug, Arguments)]
+pub struct GrowthArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+    /// Runs of each size, of which the median counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
+    pub repeats: u8,
+    /// The most threads of a sweep [default: as many as there are cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// The directory for figure and table.
+    #[arg(long, value_name = "DIR", default_value = "growth")]
+    pub out: PathBuf,
+    /// Write the growth as a chapter of a page (Markdown), such as that of the guide.
+    #[arg(long, value_name = "FILE.md")]
+    pub page: Option<PathBuf>,
     /// Write all points as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

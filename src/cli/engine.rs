@@ -8,6 +8,7 @@ use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
 use super::cost;
 use super::error::{Cause, CliError};
+use super::growth;
 use super::lyapunov;
 use super::model::ModelFile;
 use super::paper;
@@ -23,12 +24,13 @@ use crate::figure::paper::{
     sections,
 };
 use crate::figure::{
-    Figure, basins_figure, cost_figures, lyapunov_figure, signal_figures, sweep_figures,
+    Figure, basins_figure, cost_figures, growth_figure, lyapunov_figure, signal_figures,
+    sweep_figures,
 };
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
+use crate::pipeline::{Monitor, Playback, Sink, SinkError, Tee, drive, initial_state, source};
 use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
@@ -173,6 +175,22 @@ fn draw_basins(
 pub(super) const COST: cost::Tools = cost::Tools {
     cost: |plan, watch| Ok(study::cost::cost(plan, watch)?),
     draw: |study| cost_figures(study)?.into_iter().map(drawn).collect(),
+};
+
+/// What `squeakscope growth` needs.
+pub(super) const GROWTH: growth::Tools = growth::Tools {
+    growth: |plan, watch| {
+        let folder = tempfile::tempdir()?;
+        let output = Output {
+            save: Some(folder.path().join("run.rrd")),
+            ..Output::default()
+        };
+        let record = &mut |scene: &Scene| -> Result<Box<dyn Sink>, SinkError> {
+            Ok(Box::new(RerunSink::new(&output, scene.record)?))
+        };
+        Ok(study::growth::growth(plan, record, watch)?)
+    },
+    draw: |scene, grown| Ok(vec![drawn(growth_figure(scene, grown)?)?]),
 };
 
 /// What `squeakscope paper` needs.

@@ -20,6 +20,7 @@ pub mod cost;
 mod engine;
 mod error;
 pub mod flow_report;
+pub mod growth;
 mod interrupt;
 mod lyapunov;
 pub mod lyapunov_report;
@@ -74,6 +75,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Cost(args)) => cost::run(&args, &engine::COST),
+        Some(Command::Growth(args)) => growth::run(&args, &engine::GROWTH),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),

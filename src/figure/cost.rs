@@ -99,7 +99,7 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
 }
 
 /// Whole decades round some positive values, at least one; `above` more at the top.
-fn decades(values: impl Iterator<Item = f64>, above: f64) -> [i32; 2] {
+pub(super) fn decades(values: impl Iterator<Item = f64>, above: f64) -> [i32; 2] {
     let [low, high] = range(values.map(f64::log10));
     if low > high {
         return [-1, 0];

@@ -4,7 +4,7 @@
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
-//! * [`cost`]: what accuracy costs, knob by knob, for four scenes.
+//! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
 
@@ -21,6 +21,7 @@ pub mod exponents {}
 pub mod sweeps {}
 
 #[doc = include_str!("cost.md")]
+#[doc = include_str!("cost.html")]
 pub mod cost {}
 
 #[doc = include_str!("peers.md")]

@@ -78,7 +78,7 @@ impl Joint {
     /// The joint of a model.
     ///
     /// # Panics
-    /// If the model has more than 64 modes, or arrays whose lengths disagree.
+    /// If the model has more than 128 modes, or arrays whose lengths disagree.
     pub fn new(model: &Model) -> Self {
         Self::build(model, ActiveLaw::from(model.friction))
     }

@@ -30,7 +30,7 @@ const TOGETHER: usize = 2;
 pub(crate) const PAPER_MODES: usize = 11;
 
 /// The most modes that a joint can have.
-pub const MOST_MODES: usize = 64;
+pub const MOST_MODES: usize = 128;
 
 /// What is asked of a pass over the nodes.
 pub(crate) struct Query<'a> {

@@ -240,7 +240,10 @@ fn shared_limits_are_told_at_their_line() {
         .expect("preset")
         .text;
     for (new, said) in [
-        ("frequencies = \"fe\"\nbending_pairs = 33", "at most 64"),
+        (
+            "frequencies = \"fe\"\nbending_pairs = 50\ntorsion = 40",
+            "at most 128",
+        ),
         ("frequencies = \"fe\"\nelement_size_mm = 1", "at most 2000"),
     ] {
         let text = printed.replace("frequencies = \"published\"", new);

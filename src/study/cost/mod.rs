@@ -23,7 +23,7 @@ use crate::analysis::AnalysisError;
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::fem::FemError;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::PipelineError;
+use crate::pipeline::{PipelineError, SinkError};
 use crate::scene::{Scene, SceneError};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
@@ -189,6 +189,9 @@ pub enum CostError {
     /// The settled motion cannot be followed.
     #[error(transparent)]
     Motion(#[from] DynamicsError),
+    /// What a run is recorded to cannot be opened.
+    #[error("the recording of a run cannot be opened")]
+    Sink(#[source] SinkError),
     /// An analysis does not take the samples.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -267,7 +270,7 @@ fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
 }
 
 /// Result of some work, and the median of the CPU time of all threads over repeated runs, s.
-fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) {
+pub(super) fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) {
     let mut times = Vec::new();
     let mut once = || {
         let began = ProcessTime::now();

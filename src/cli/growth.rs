@@ -1,0 +1,265 @@
+//! `squeakscope growth`: how do time and memory grow with the size of the problem?
+
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anstyle::Style;
+use serde::Serialize;
+
+use super::args::GrowthArgs;
+use super::error::{Cause, CliError};
+use super::interrupt;
+use super::output::{OutputFile, check_all, check_directory};
+use super::progress::Progress;
+use super::report::{self, FileReport, Report, list_files};
+use super::sweep::{Drawn, write_figures};
+use crate::VERSION;
+use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::study::growth::{Growth, GrowthPlan, Watch};
+use crate::study::threads;
+
+const NAME: Style = Style::new().bold();
+
+/// What the rest of the crate does for this command.
+pub(super) struct Tools {
+    /// Measures.
+    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Option<Vec<Growth>>, Cause>,
+    /// Draws the figure of a scene.
+    pub draw: fn(&str, &[Growth]) -> Result<Vec<Drawn>, Cause>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while running or writing; Ctrl-C.
+pub(super) fn run(args: &GrowthArgs, tools: &Tools) -> Result<(), CliError> {
+    let stop = interrupt::catch()?;
+    execute(args, &stop, tools)
+}
+
+fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let name = scene.name.clone();
+    let plan = GrowthPlan {
+        repeats: args.repeats.into(),
+        ..GrowthPlan::new(scene, threads(args.threads))
+    };
+    check_directory(&args.out, "--out")?;
+    let own = args.scene.as_deref().map(OsStr::new);
+    let [page, json] = check_all(
+        own,
+        [
+            ("--page", args.page.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
+    let progress = Progress::of_estimate();
+    let found = (tools.growth)(&plan, &mut |size, share| {
+        progress.tell(share, size.name().to_owned());
+        !stop.load(Ordering::Relaxed)
+    });
+    drop(progress);
+    let failed = |doing| move |source| CliError::Run { doing, source };
+    let Some(grown) = found.map_err(failed("growth study"))? else {
+        return Err(CliError::Interrupted);
+    };
+    let figures = (tools.draw)(&name, &grown).map_err(failed("drawing"))?;
+    let mut report = GrowthReport {
+        version: VERSION,
+        scene: name,
+        growth: grown,
+        files: write_figures(&args.out, &figures)?,
+    };
+    let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
+    csv.write(|out| out.write_all(report.table().as_bytes()))?;
+    report.files.push(FileReport::of(&csv)?);
+    if let Some(file) = page {
+        let chapter = report.chapter();
+        file.write(|out| out.write_all(chapter.as_bytes()))?;
+        report.files.push(FileReport::of(&file)?);
+    }
+    report::deliver(&report, json.as_ref())?;
+    Ok(())
+}
+
+/// Result of `squeakscope growth`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GrowthReport {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// The growth with each size.
+    pub growth: Vec<Growth>,
+    /// Files written.
+    pub files: Vec<FileReport>,
+}
+
+impl GrowthReport {
+    /// All points, a line each (CSV).
+    fn table(&self) -> String {
+        let mut text = "size,value,work,seconds,peak_memory_mb\n".to_owned();
+        for growth in &self.growth {
+            for point in &growth.points {
+                let memory = megabytes(point.memory).unwrap_or_default();
+                let _ = writeln!(
+                    text,
+                    "\"{}\",{},\"{}\",{:e},{memory}",
+                    growth.size.name(),
+                    point.value,
+                    growth.work.name(),
+                    point.seconds
+                );
+            }
+        }
+        text
+    }
+
+    /// The growth as a chapter of a page: a table a size.
+    fn chapter(&self) -> String {
+        let mut text = format!("## {}\n\n", self.scene);
+        for growth in &self.growth {
+            let _ = writeln!(
+                text,
+                "| {} | {} | peak memory, MB |\n|---|---|---|",
+                growth.size.name(),
+                growth.work.name()
+            );
+            for point in &growth.points {
+                let memory = megabytes(point.memory).unwrap_or_else(|| "not told".to_owned());
+                let _ = writeln!(
+                    text,
+                    "| {} | {} | {memory} |",
+                    point.value,
+                    time(point.seconds)
+                );
+            }
+            text.push('\n');
+            if let Some(words) = words(growth) {
+                let _ = writeln!(text, "{words}.\n");
+            }
+        }
+        text
+    }
+}
+
+impl Report for GrowthReport {
+    fn text(&self) -> String {
+        let mut text = format!("{NAME}{}{NAME:#}: how cost grows\n", self.scene);
+        for growth in &self.growth {
+            let _ = writeln!(text, "{NAME}{}{NAME:#}", growth.work.name());
+            let _ = writeln!(
+                text,
+                "  {:>26}  {:>10}  {:>11}",
+                growth.size.name(),
+                "time",
+                "peak MB"
+            );
+            for point in &growth.points {
+                let memory = megabytes(point.memory).unwrap_or_else(|| "not told".to_owned());
+                let _ = writeln!(
+                    text,
+                    "  {:>26}  {:>10}  {memory:>11}",
+                    point.value,
+                    time(point.seconds)
+                );
+            }
+            if let Some(words) = words(growth) {
+                let _ = writeln!(text, "  {words}");
+            }
+        }
+        list_files(&mut text, &self.files);
+        text
+    }
+}
+
+/// How it grows at last.
+fn words(growth: &Growth) -> Option<String> {
+    let exponent = growth.exponent()?;
+    Some(format!(
+        "at last as the power {exponent:.2} of the {}",
+        growth.size.name()
+    ))
+}
+
+fn megabytes(memory: Option<u64>) -> Option<String> {
+    memory.map(|bytes| format!("{:.1}", bytes as f64 / 1e6))
+}
+
+/// A time as people write it.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.3} us", 1e6 * s),
+        s if s < 1.0 => format!("{:.2} ms", 1e3 * s),
+        s => format!("{s:.2} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::growth::{GrowthPoint, Size, Work};
+
+    const TOOLS: Tools = Tools {
+        growth: |plan, watch| {
+            if !watch(Size::Nodes, 0.5) {
+                return Ok(None);
+            }
+            let point = |value: f64| GrowthPoint {
+                value,
+                seconds: 1e-8 * value,
+                memory: Some(50_000_000),
+            };
+            Ok(Some(vec![Growth {
+                size: Size::Nodes,
+                work: Work::Call,
+                points: plan
+                    .nodes
+                    .iter()
+                    .map(|nodes| point(*nodes as f64))
+                    .collect(),
+            }]))
+        },
+        draw: |scene, grown| {
+            Ok(vec![Drawn {
+                name: "growth".to_owned(),
+                svg: format!("{scene} {}", grown.len()),
+                png: Vec::new(),
+            }])
+        },
+    };
+
+    #[test]
+    fn tables_tell_every_point_and_the_power() {
+        let folder = tempfile::tempdir().unwrap();
+        let args = GrowthArgs {
+            scene: Some("torus-3deg".to_owned()),
+            repeats: 1,
+            threads: None,
+            out: folder.path().join("growth"),
+            page: Some(folder.path().join("page.md")),
+            json: Some(folder.path().join("growth.json")),
+        };
+        execute(&args, &AtomicBool::new(false), &TOOLS).unwrap();
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let csv = read("growth/growth.csv");
+        assert_eq!(csv.lines().count(), 11);
+        assert!(
+            csv.contains("\"contact nodes\",10000,\"a call of the right-hand side\",1e-4,50.0"),
+            "{csv}"
+        );
+        let page = read("page.md");
+        assert!(page.contains("| 64 | 0.640 us | 50.0 |"), "{page}");
+        assert!(
+            page.contains("the power 1.00 of the contact nodes."),
+            "{page}"
+        );
+        let json: serde_json::Value = serde_json::from_str(&read("growth.json")).unwrap();
+        assert_eq!(json["growth"][0]["size"], "nodes");
+        assert_eq!(read("growth/growth.svg"), "torus-3deg 1");
+        let stopped = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
+        assert_eq!(stopped.exit_code(), 130);
+    }
+}

@@ -1,0 +1,523 @@
+//! How cost grows: with contact nodes, modes, exponents, states of a recurrence plot, threads, and the
+//! length of a run; in time, and in memory.
+//!
+//! Accuracy is left aside: what it costs is told by [`cost`](super::cost).
+
+#[cfg(test)]
+mod tests;
+
+use std::convert::Infallible;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::cost::{CostError, timed};
+use super::response::{From, ResponsePlan, response, section_lag};
+use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
+use crate::analysis::{DelayVectors, Norm, RecurrenceRule, Threshold, deviation, quantify};
+use crate::joint::{BallJoint, Frequencies};
+use crate::pipeline::{Monitor, Prepared, Sink, SinkError, prepare_on, run};
+use crate::scene::{Parameter, Scene};
+
+/// What grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Size {
+    /// Contact nodes.
+    Nodes,
+    /// Modes of the body.
+    Modes,
+    /// Lyapunov exponents that are followed.
+    Exponents,
+    /// States of a recurrence plot.
+    Recurrence,
+    /// Threads of a sweep.
+    Threads,
+    /// Simulated time of a run, s.
+    Duration,
+}
+
+impl Size {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Nodes,
+        Self::Modes,
+        Self::Exponents,
+        Self::Recurrence,
+        Self::Threads,
+        Self::Duration,
+    ];
+
+    /// Its name, with its unit.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nodes => "contact nodes",
+            Self::Modes => "modes",
+            Self::Exponents => "Lyapunov exponents",
+            Self::Recurrence => "states of a recurrence plot",
+            Self::Threads => "threads",
+            Self::Duration => "simulated time, s",
+        }
+    }
+}
+
+/// The work that is timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Work {
+    /// One call of the right-hand side.
+    Call,
+    /// A millisecond of vibration, from the scene's start on, by the scene's integrator.
+    Vibration,
+    /// The quantification of a recurrence plot.
+    Quantification,
+    /// A sweep of [`SWEPT`] points, by the clock.
+    Sweep,
+    /// A whole run with its analyses and its recording.
+    Run,
+}
+
+impl Work {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Call => "a call of the right-hand side",
+            Self::Vibration => "1 ms of vibration",
+            Self::Quantification => "the quantification",
+            Self::Sweep => "a sweep, by the clock",
+            Self::Run => "a run with analyses and recording",
+        }
+    }
+}
+
+/// One work at rising sizes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Growth {
+    /// What grows.
+    pub size: Size,
+    /// What is timed.
+    pub work: Work,
+    /// The points.
+    pub points: Vec<GrowthPoint>,
+}
+
+/// One size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GrowthPoint {
+    /// The size, in the unit of [`Size::name`].
+    pub value: f64,
+    /// CPU time of all threads (of a sweep: time by the clock), s: the median of the repeated runs.
+    pub seconds: f64,
+    /// The most memory that the program held meanwhile, bytes; `None` where the system does not tell.
+    pub memory: Option<u64>,
+}
+
+impl Growth {
+    /// The exponent `p` of `seconds ~ size^p` between the last two points; `None` for fewer.
+    pub fn exponent(&self) -> Option<f64> {
+        let [.., a, b] = &self.points[..] else {
+            return None;
+        };
+        Some((b.seconds / a.seconds).ln() / (b.value / a.value).ln())
+    }
+}
+
+/// What is measured, and at which sizes. Sizes that a scene does not have are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GrowthPlan {
+    /// The scene, held at its first tilt.
+    pub scene: Scene,
+    /// Runs of each size, 1 or more.
+    pub repeats: usize,
+    /// Contact nodes.
+    pub nodes: Vec<usize>,
+    /// Bending pairs, torsion modes, axial modes: of finite elements, as the paper has few.
+    pub modes: Vec<[usize; 3]>,
+    /// Exponents.
+    pub exponents: Vec<usize>,
+    /// States of a recurrence plot.
+    pub states: Vec<usize>,
+    /// Threads of a sweep.
+    pub threads: Vec<usize>,
+    /// Simulated times of a run, s.
+    pub durations: Vec<f64>,
+}
+
+impl GrowthPlan {
+    /// The usual sizes, with threads up to so many.
+    pub fn new(scene: Scene, threads: usize) -> Self {
+        Self {
+            scene,
+            repeats: 5,
+            nodes: vec![16, 32, 64, 100, 200, 500, 1000, 2000, 5000, 10_000],
+            modes: vec![
+                [1, 0, 0],
+                [2, 1, 0],
+                [4, 2, 1],
+                [8, 4, 2],
+                [16, 8, 8],
+                [34, 16, 16],
+            ],
+            exponents: vec![1, 2, 3, 5, 8, 12, 16, 22],
+            states: vec![500, 1000, 2000, 4000, 8000, 16_000, 32_000],
+            threads: (1..=threads).collect(),
+            durations: vec![0.05, 0.1, 0.2, 0.4, 0.8, 1.6],
+        }
+    }
+}
+
+/// Gives a sink for a run, to which it is recorded.
+pub type Sinks<'a> = &'a mut dyn FnMut(&Scene) -> Result<Box<dyn Sink>, SinkError>;
+
+/// Is told what grows now and the share of all work that is done, and answers whether to go on.
+pub type Watch<'a> = &'a mut dyn FnMut(Size, f64) -> bool;
+
+/// Points of the sweep that is timed.
+pub const SWEPT: usize = 8;
+
+/// Calls of the right-hand side that are timed together: for so many nodes times modes.
+const CALLS: usize = 20_000_000;
+
+/// Vibration that is timed, s: at many modes or nodes, and with exponents.
+const TIMED: f64 = 4e-3;
+
+/// Dimension and samples a delay of recurrence plots.
+const DIMENSION: usize = 5;
+const SAMPLES_A_LAG: usize = 6;
+
+/// Measures how the work of a scene grows. Runs record to what `sinks` gives. `None` if `watch` says no.
+///
+/// # Errors
+/// If something of a size cannot be set up or run.
+pub fn growth(
+    plan: &GrowthPlan,
+    sinks: Sinks<'_>,
+    watch: Watch<'_>,
+) -> Result<Option<Vec<Growth>>, CostError> {
+    let held = plan.scene.clone().without_analyses();
+    let has_joint = held.joint().is_ok();
+    let mut meter = Meter {
+        repeats: plan.repeats,
+        ball: None,
+    };
+    let mut found = Vec::new();
+    for (done, size) in Size::ALL.into_iter().enumerate() {
+        let mut goes_on = |part: f64| watch(size, (done as f64 + part) / Size::ALL.len() as f64);
+        if !goes_on(0.0) {
+            return Ok(None);
+        }
+        let grown = match size {
+            Size::Nodes | Size::Modes | Size::Threads if !has_joint => Some(Vec::new()),
+            Size::Nodes => {
+                let with = |nodes: &usize| {
+                    let mut scene = held.clone();
+                    scene.joint_mut()?.spec.contact.nodes = *nodes;
+                    Ok(scene)
+                };
+                meter.system(size, &plan.nodes, with, &mut goes_on)?
+            }
+            Size::Modes => {
+                let with = |[bending, torsion, axial]: &[usize; 3]| {
+                    let mut scene = held.clone();
+                    let body = &mut scene.joint_mut()?.spec.body;
+                    body.frequencies = Frequencies::FiniteElement;
+                    body.families.bending_pairs = *bending;
+                    body.families.torsion = *torsion;
+                    body.families.axial = *axial;
+                    Ok(scene)
+                };
+                meter.system(size, &plan.modes, with, &mut goes_on)?
+            }
+            Size::Exponents => meter.exponents(&held, &plan.exponents, &mut goes_on)?,
+            Size::Recurrence => meter.recurrence(&held, &plan.states, &mut goes_on)?,
+            Size::Threads => meter.threads(&held, &plan.threads, &mut goes_on),
+            Size::Duration => meter.runs(&plan.scene, &plan.durations, sinks, &mut goes_on)?,
+        };
+        let Some(grown) = grown else {
+            return Ok(None);
+        };
+        found.extend(grown.into_iter().filter(|growth| !growth.points.is_empty()));
+    }
+    Ok(Some(found))
+}
+
+/// Measures.
+struct Meter {
+    repeats: usize,
+    /// The joint before, whose body may serve again.
+    ball: Option<BallJoint>,
+}
+
+type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
+
+impl Meter {
+    /// The CPU time of some work, as a point.
+    fn point<T>(&self, value: f64, share: f64, mut work: impl FnMut() -> T) -> (GrowthPoint, T) {
+        peak_memory::forget();
+        let (result, seconds) = timed(self.repeats, &mut work);
+        let point = GrowthPoint {
+            value,
+            seconds: seconds * share,
+            memory: peak_memory::read(),
+        };
+        (point, result)
+    }
+
+    /// Sizes of the system itself: what a call costs, and a millisecond.
+    fn system<T>(
+        &mut self,
+        size: Size,
+        settings: &[T],
+        with: impl Fn(&T) -> Result<Scene, CostError>,
+        goes_on: GoesOn<'_>,
+    ) -> Result<Option<Vec<Growth>>, CostError> {
+        let [mut call, mut vibration] = [Work::Call, Work::Vibration].map(|work| Growth {
+            size,
+            work,
+            points: Vec::new(),
+        });
+        for (k, setting) in settings.iter().enumerate() {
+            if !goes_on(k as f64 / settings.len() as f64) {
+                return Ok(None);
+            }
+            let scene = with(setting)?;
+            let Prepared {
+                system,
+                mut integrator,
+                state,
+                ..
+            } = prepare_on(&scene, &mut self.ball)?;
+            let nodes = scene.joint()?.spec.contact.nodes;
+            let value = match size {
+                Size::Nodes => nodes,
+                _ => system.modes(),
+            } as f64;
+            let calls = (CALLS / (nodes * system.modes())).max(10);
+            let mut force = vec![0.0; system.dim() - system.modes()];
+            let (point, ()) = self.point(value, 1.0 / calls as f64, || {
+                for _ in 0..calls {
+                    system.force(0.0, std::hint::black_box(&state), &mut force);
+                    std::hint::black_box(&mut force);
+                }
+            });
+            call.points.push(point);
+            let (point, done) = self.point(value, 1e-3 / TIMED, || {
+                integrator.start(&*system, 0.0, &state)?;
+                integrator.land(&*system, TIMED)
+            });
+            done?;
+            vibration.points.push(point);
+        }
+        Ok(Some(vec![call, vibration]))
+    }
+
+    fn exponents(
+        &mut self,
+        scene: &Scene,
+        counts: &[usize],
+        goes_on: GoesOn<'_>,
+    ) -> Result<Option<Vec<Growth>>, CostError> {
+        let mut points = Vec::new();
+        for (k, &count) in counts.iter().enumerate() {
+            if !goes_on(k as f64 / counts.len() as f64) {
+                return Ok(None);
+            }
+            let prepared = prepare_on(scene, &mut self.ball)?;
+            let (system, state) = (&*prepared.system, &prepared.state);
+            if count > system.tangent_dim() {
+                break;
+            }
+            let mut integrator =
+                prepared
+                    .integrator
+                    .with_tangents(system, count, scene.start.seed)?;
+            let (point, done) = self.point(count as f64, 1e-3 / TIMED, || {
+                integrator.start(system, 0.0, state)?;
+                integrator.land(system, TIMED)
+            });
+            done?;
+            points.push(point);
+        }
+        Ok(Some(vec![Growth {
+            size: Size::Exponents,
+            work: Work::Vibration,
+            points,
+        }]))
+    }
+
+    fn recurrence(
+        &mut self,
+        scene: &Scene,
+        states: &[usize],
+        goes_on: GoesOn<'_>,
+    ) -> Result<Option<Vec<Growth>>, CostError> {
+        let look = ResponsePlan {
+            exponents: 0,
+            portrait: false,
+            most: 0.1,
+            measure: 0.01,
+            ..ResponsePlan::default()
+        };
+        let on = &mut |_| goes_on(0.0);
+        let Some(settled) = response(scene, From::Cold, &look, &mut self.ball, on)? else {
+            return Ok(None);
+        };
+        let longest = states.iter().copied().max().unwrap_or(0);
+        let count = |states| DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
+        let Prepared {
+            system,
+            probe,
+            mut integrator,
+            state: mut z,
+        } = prepare_on(scene, &mut self.ball)?;
+        z.fill(0.0);
+        z[..settled.state.len()].copy_from_slice(&settled.state);
+        integrator.start(&*system, 0.0, &z)?;
+        let step = section_lag(scene) / SAMPLES_A_LAG as f64;
+        let mut samples = Vec::with_capacity(count(longest));
+        for k in 1..=count(longest) {
+            integrator.sample(&*system, step * k as f64, &mut z)?;
+            samples.push(probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
+            if k % 1024 == 0 && !goes_on(0.3 * k as f64 / count(longest) as f64) {
+                return Ok(None);
+            }
+        }
+        let rule = RecurrenceRule {
+            norm: Norm::Euclidean,
+            threshold: Threshold::Distance(0.5 * deviation(&samples)),
+            theiler: SAMPLES_A_LAG,
+        };
+        let mut points = Vec::new();
+        for (k, &size) in states.iter().enumerate() {
+            if !goes_on(0.3 + 0.7 * k as f64 / states.len() as f64) {
+                return Ok(None);
+            }
+            let vectors = DelayVectors::new(&samples[..count(size)], SAMPLES_A_LAG, DIMENSION)?;
+            let (point, counted) = self.point(size as f64, 1.0, || quantify(&vectors, &rule));
+            counted?;
+            points.push(point);
+        }
+        Ok(Some(vec![Growth {
+            size: Size::Recurrence,
+            work: Work::Quantification,
+            points,
+        }]))
+    }
+
+    /// A sweep over the tilt on so many threads, by the clock. Each point is short: what is measured is
+    /// how they share the machine.
+    fn threads(
+        &mut self,
+        scene: &Scene,
+        counts: &[usize],
+        goes_on: GoesOn<'_>,
+    ) -> Option<Vec<Growth>> {
+        let look = ResponsePlan {
+            least: 0.0,
+            most: 0.02,
+            measure: 0.02,
+            exponents: 1,
+            portrait: false,
+            most_calls: None,
+        };
+        let tilts = (0..SWEPT).map(|k| 1.0 + 0.5 * k as f64);
+        let plan = SweepPlan {
+            scene: scene.clone(),
+            axes: vec![Axis::new(Parameter::tilt(), tilts)],
+            starts: vec![Start::Cold],
+            response: look,
+        };
+        let mut points = Vec::new();
+        for (k, &threads) in counts.iter().enumerate() {
+            peak_memory::forget();
+            let mut times = Vec::new();
+            for _ in 0..self.repeats {
+                let mut on = || goes_on(k as f64 / counts.len() as f64);
+                let began = Instant::now();
+                let Ok(all) = sweep(&plan, Shard::WHOLE, &[], threads, &mut Nobody(&mut on));
+                times.push(began.elapsed().as_secs_f64());
+                if !all {
+                    return None;
+                }
+            }
+            times.sort_by(f64::total_cmp);
+            points.push(GrowthPoint {
+                value: threads as f64,
+                seconds: times[times.len() / 2],
+                memory: peak_memory::read(),
+            });
+        }
+        Some(vec![Growth {
+            size: Size::Threads,
+            work: Work::Sweep,
+            points,
+        }])
+    }
+
+    /// Whole runs; each once, as they are long.
+    fn runs(
+        &mut self,
+        scene: &Scene,
+        durations: &[f64],
+        sinks: Sinks<'_>,
+        goes_on: GoesOn<'_>,
+    ) -> Result<Option<Vec<Growth>>, CostError> {
+        let mut points = Vec::new();
+        for (k, &duration) in durations.iter().enumerate() {
+            if !goes_on(k as f64 / durations.len() as f64) {
+                return Ok(None);
+            }
+            let scene = scene.clone().with_duration(1e3 * duration)?;
+            peak_memory::forget();
+            let (done, seconds) = timed(1, || {
+                let mut sink = sinks(&scene).map_err(CostError::Sink)?;
+                run(&scene, "", &mut *sink, Monitor::default())?;
+                Ok::<_, CostError>(())
+            });
+            done?;
+            points.push(GrowthPoint {
+                value: duration,
+                seconds,
+                memory: peak_memory::read(),
+            });
+        }
+        Ok(Some(vec![Growth {
+            size: Size::Duration,
+            work: Work::Run,
+            points,
+        }]))
+    }
+}
+
+/// Does not listen, but may stop.
+struct Nobody<'a>(&'a mut dyn FnMut() -> bool);
+
+impl Audience for Nobody<'_> {
+    type Error = Infallible;
+
+    fn point(&mut self, _: SweepPoint) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn progress(&mut self, _: SweepProgress) -> bool {
+        (self.0)()
+    }
+}
+
+/// The most memory that this program has held, as Linux tells it.
+mod peak_memory {
+    /// Starts anew from what is held now; where that cannot be done, the peak since the start counts.
+    pub fn forget() {
+        let _ = std::fs::write("/proc/self/clear_refs", "5");
+    }
+
+    /// The peak, bytes.
+    pub fn read() -> Option<u64> {
+        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let line = status
+            .lines()
+            .find_map(|line| line.strip_prefix("VmHWM:"))?;
+        let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+        Some(1024 * kilobytes)
+    }
+}
