@@ -491,12 +491,21 @@ fn a_quarter_turn_maps_the_x_copy_to_the_y_copy() {
 
 #[test]
 fn surface_shapes_converge_and_keep_their_sign() {
-    let [coarse, fine] =
-        [divided(1.0), divided(4.0)].map(|elements| body(LengthReading::ToSphere, &elements));
-    for polar in [0.0, 0.11, 0.6, 1.4, 2.0] {
-        let [a, b] = [&coarse, &fine].map(|body| shapes(body, direction(polar, 0.4)));
-        let size = distance(&b, &vec![[0.0; 3]; b.len()]);
-        assert!(distance(&a, &b) < 1e-4 * size, "at {polar} rad");
+    let fine = body(LengthReading::ToSphere, &divided(4.0));
+    for (elements, tolerance) in [
+        (elements(1e-3, 1), 1e-2),
+        (elements(4e-3, 2), 1e-3),
+        (elements(8e-3, 3), 1e-4),
+        (divided(1.0), 1e-4),
+        (elements(40e-3, 8), 1e-4),
+    ] {
+        let coarse = body(LengthReading::ToSphere, &elements);
+        for polar in [0.0, 0.11, 0.6, 1.4, 2.0] {
+            let [a, b] = [&coarse, &fine].map(|body| shapes(body, direction(polar, 0.4)));
+            let size = distance(&b, &vec![[0.0; 3]; b.len()]);
+            let error = distance(&a, &b) / size;
+            assert!(error < tolerance, "{elements:?} at {polar} rad: {error:e}");
+        }
     }
 }
 

@@ -768,7 +768,7 @@ proptest! {
     }
 }
 
-/// The defaults of the keys are the elements that `fem` recommends.
+/// The defaults of the keys are the elements that `fem` recommends, and stated ones are taken.
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
     let scene = Scene::load("tilt-ramp").expect("preset");
@@ -776,4 +776,7 @@ fn the_default_mesh_is_the_recommended_one() {
     let recommended = Elements::default();
     assert!((elements.size - recommended.size).abs() < 1e-12);
     assert_eq!(elements.order, recommended.order);
+    let quadratic = format!("{SMALLEST}[body]\nelement_order = 2\n");
+    let stated = Scene::parse("m", quadratic).expect("valid");
+    assert_eq!(joint_of(&stated).body.elements.order, 2);
 }
