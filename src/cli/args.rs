@@ -460,7 +460,7 @@ pub enum OneKnob {
     Nodes,
     /// Number of modes.
     Modes,
-    /// Size of the finite elements.
+    /// Order and size of the finite elements.
     Elements,
     /// Length of averaging for Lyapunov exponents.
     Exponents,

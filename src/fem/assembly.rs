@@ -7,7 +7,7 @@
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, Par};
 
-use super::element::{ELEMENT_NODES, QuadraturePoint, quadrature};
+use super::element::{QuadraturePoint, quadrature};
 use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction, StiffnessRoot};
 use super::{Material, Section};
 
@@ -31,7 +31,6 @@ impl Pencil {
     ) -> Self {
         let numbers: Vec<Vec<Option<usize>>> = section
             .elements()
-            .iter()
             .map(|element| {
                 let amplitudes = harmonic.amplitudes();
                 element
@@ -41,9 +40,12 @@ impl Pencil {
             })
             .collect();
         let mut pencil = Self::pattern(&numbers, dofs.len);
-        let mut kernel = Kernel::new(material, harmonic);
-        for (element, numbers) in section.elements().iter().zip(&numbers) {
-            kernel.integrate(element.map(|node| section.nodes()[node]));
+        let mut kernel = Kernel::new(material, harmonic, section.order());
+        let mut nodes = Vec::new();
+        for (element, numbers) in section.elements().zip(&numbers) {
+            nodes.clear();
+            nodes.extend(element.iter().map(|&node| section.nodes()[node]));
+            kernel.integrate(&nodes);
             pencil.add(&kernel, numbers);
         }
         pencil
@@ -151,31 +153,32 @@ struct Kernel {
 }
 
 impl Kernel {
-    fn new(material: &Material, harmonic: Harmonic) -> Self {
-        let points = quadrature();
-        let columns = ELEMENT_NODES * harmonic.amplitudes().len();
+    fn new(material: &Material, harmonic: Harmonic, order: usize) -> Self {
+        let points = quadrature(order);
+        let nodes = (order + 1).pow(2);
+        let columns = nodes * harmonic.amplitudes().len();
         Self {
             harmonic,
             root: material.stiffness_root(),
             density: material.density,
             strain: Mat::zeros(STRAINS * points.len(), columns),
-            inertia: Mat::zeros(points.len(), ELEMENT_NODES),
+            inertia: Mat::zeros(points.len(), nodes),
             stiffness: Mat::zeros(columns, columns),
-            mass: Mat::zeros(ELEMENT_NODES, ELEMENT_NODES),
+            mass: Mat::zeros(nodes, nodes),
             points,
         }
     }
 
     /// Integrates the element with nodes at the given `(r, z)`.
-    fn integrate(&mut self, nodes: [[f64; 2]; ELEMENT_NODES]) {
+    fn integrate(&mut self, nodes: &[[f64; 2]]) {
         let amplitudes = self.harmonic.amplitudes();
         let around = self.harmonic.angular_integral();
         for (q, point) in self.points.iter().enumerate() {
-            let place = Place::of(point, &nodes);
+            let place = Place::of(point, nodes);
             let volume = around * place.radius * place.determinant * point.weight;
             let root = volume.sqrt();
             let inertia = (self.density * volume).sqrt();
-            for node in 0..ELEMENT_NODES {
+            for node in 0..nodes.len() {
                 let shape = place.shape_function(point, node);
                 self.inertia[(q, node)] = inertia * shape.value;
                 for (slot, &amplitude) in amplitudes.iter().enumerate() {
@@ -217,7 +220,7 @@ struct Place {
 }
 
 impl Place {
-    fn of(point: &QuadraturePoint, nodes: &[[f64; 2]; ELEMENT_NODES]) -> Self {
+    fn of(point: &QuadraturePoint, nodes: &[[f64; 2]]) -> Self {
         let mut radius = 0.0;
         let mut jacobian = [[0.0; 2]; 2];
         for (k, node) in nodes.iter().enumerate() {
@@ -249,6 +252,8 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fem::Elements;
+    use crate::fem::tests::elements;
     use std::f64::consts::PI;
 
     const STEEL: Material = Material {
@@ -257,10 +262,51 @@ mod tests {
         density: 7800.0,
     };
 
+    fn pencil(section: &Section, harmonic: Harmonic) -> (Pencil, DofMap) {
+        let dofs = DofMap::new(section, harmonic);
+        let pencil = Pencil::assemble(section, &STEEL, harmonic, &dofs);
+        (pencil, dofs)
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(x, y)| x * y).sum()
+    }
+
+    /// Bodies of straight and of curved elements, of every order.
+    fn sections() -> impl Iterator<Item = Section> {
+        Elements::ORDERS.flat_map(|order| {
+            let elements = elements(0.01, order);
+            [
+                Section::rod(0.02, 0.1, &elements).unwrap(),
+                Section::sphere(0.03, &elements).unwrap(),
+            ]
+        })
+    }
+
     #[test]
-    fn rigid_motions_have_no_stiffness_and_the_mass_of_the_body() {
+    fn rigid_motions_have_no_stiffness() {
+        for section in sections() {
+            for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
+                let (pencil, dofs) = pencil(&section, harmonic);
+                let scale = pencil.stiffness.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+                for motion in harmonic.rigid_motions(&section) {
+                    let x = dofs.gather(&motion);
+                    let size = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+                    for force in pencil.times(&pencil.stiffness, &x) {
+                        let order = section.order();
+                        assert!(
+                            force.abs() < 1e-12 * scale * size,
+                            "{harmonic}, order {order}: {force:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rigid_motions_have_the_inertia_of_the_body() {
         let [diameter, length] = [0.02, 0.2];
-        let section = Section::rod(diameter, length, 0.01).unwrap();
         let mass = 7800.0 * PI * 1e-4 * length;
         let spin = mass * 1e-4 / 2.0;
         // About the rod's end, the origin: m (R^2 / 4 + L^2 / 3).
@@ -270,46 +316,44 @@ mod tests {
             (Harmonic::Axial, vec![mass]),
             (Harmonic::Bending, vec![mass, tumble]),
         ];
-        for (harmonic, exact) in inertia {
-            let dofs = DofMap::new(&section, harmonic);
-            let pencil = Pencil::assemble(&section, &STEEL, harmonic, &dofs);
-            let scale = pencil.stiffness.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            for (motion, exact) in harmonic.rigid_motions(&section).iter().zip(exact) {
-                let x = dofs.gather(motion);
-                let size = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-                for force in pencil.times(&pencil.stiffness, &x) {
-                    assert!(force.abs() < 1e-12 * scale * size, "{harmonic}: {force:e}");
+        for order in Elements::ORDERS {
+            let section = Section::rod(diameter, length, &elements(0.01, order)).unwrap();
+            for (harmonic, exact) in &inertia {
+                let (pencil, dofs) = pencil(&section, *harmonic);
+                for (motion, exact) in harmonic.rigid_motions(&section).iter().zip(exact) {
+                    let x = dofs.gather(motion);
+                    let energy = dot(&pencil.mass_times(&x), &x);
+                    assert!(
+                        (energy / exact - 1.0).abs() < 1e-13,
+                        "{harmonic}, order {order}: {energy}"
+                    );
                 }
-                let energy: f64 = pencil
-                    .mass_times(&x)
-                    .iter()
-                    .zip(&x)
-                    .map(|(a, b)| a * b)
-                    .sum();
-                assert!((energy / exact - 1.0).abs() < 1e-13, "{harmonic}: {energy}");
             }
         }
     }
 
     #[test]
-    fn a_uniform_stretch_has_the_energy_of_hookes_law() {
-        // Plane-free bar: u_z = e z, u_r = -nu e r is uniaxial stress, energy E e^2 V / 2.
-        let section = Section::rod(0.02, 0.1, 0.01).unwrap();
-        let dofs = DofMap::new(&section, Harmonic::Axial);
-        let pencil = Pencil::assemble(&section, &STEEL, Harmonic::Axial, &dofs);
-        let stretch: Vec<[f64; 3]> = section
-            .nodes()
-            .iter()
-            .map(|&[r, z]| [-0.3 * r, 0.0, z])
-            .collect();
-        let x = dofs.gather(&stretch);
-        let twice: f64 = pencil
-            .times(&pencil.stiffness, &x)
-            .iter()
-            .zip(&x)
-            .map(|(a, b)| a * b)
-            .sum();
-        let exact = 207e9 * PI * 1e-4 * 0.1;
-        assert!((twice / exact - 1.0).abs() < 1e-12);
+    fn constant_strain_has_the_energy_of_hookes_law() {
+        // The patch test. Stretch: u_z = z, u_r = -nu r is uniaxial stress, energy E V / 2.
+        // Shear: u_x = z, energy G V / 2.
+        let stretch: fn([f64; 2]) -> [f64; 3] = |[r, z]| [-0.3 * r, 0.0, z];
+        let shear: fn([f64; 2]) -> [f64; 3] = |[_, z]| [z, z, 0.0];
+        for section in sections() {
+            for (harmonic, field, modulus) in [
+                (Harmonic::Axial, stretch, STEEL.young),
+                (Harmonic::Bending, shear, STEEL.shear_modulus()),
+            ] {
+                let (pencil, dofs) = pencil(&section, harmonic);
+                let field: Vec<[f64; 3]> = section.nodes().iter().copied().map(field).collect();
+                let x = dofs.gather(&field);
+                let twice = dot(&pencil.times(&pencil.stiffness, &x), &x);
+                // The mesh's own volume: coarse elements do not fill a sphere.
+                let along = dofs.gather(&harmonic.rigid_motions(&section)[0]);
+                let volume = dot(&pencil.mass_times(&along), &along) / STEEL.density;
+                let error = (twice / (modulus * volume) - 1.0).abs();
+                let order = section.order();
+                assert!(error < 1e-11, "{harmonic}, order {order}: {error:e}");
+            }
+        }
     }
 }

@@ -12,10 +12,7 @@
 //! ```
 
 use super::section::{Curve, Drawing, Grading, Partition, Section, Sides};
-use super::{FemError, Geometry, LengthReading};
-
-/// The largest mesh that is made, in elements before grading: some ten seconds, not hours.
-pub const ELEMENT_LIMIT: usize = 2_000;
+use super::{Elements, FemError, Geometry, LengthReading};
 
 /// The mesh of a ball on a beam, and which of its nodes lie on the free surface.
 #[derive(Clone, Debug)]
@@ -32,27 +29,27 @@ pub(super) struct BallOnBeam {
 impl Section {
     /// Meshes a ball on a beam.
     ///
-    /// `element_size` (m) bounds the edges of the elements; towards the corner where the beam
-    /// meets the sphere they become smaller by themselves.
+    /// Towards the corner where the beam meets the sphere the elements become smaller by
+    /// themselves.
     ///
     /// # Errors
-    /// [`FemError::Dimension`] and [`FemError::TooFine`].
-    pub fn ball_on_beam(geometry: &Geometry, element_size: f64) -> Result<Self, FemError> {
-        Ok(BallOnBeam::mesh(geometry, element_size)?.section)
+    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
+    pub fn ball_on_beam(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
+        Ok(BallOnBeam::mesh(geometry, elements)?.section)
     }
 
     /// Meshes a cylinder of the given diameter and length (m), its lower end at `z = 0`.
     ///
     /// # Errors
-    /// [`FemError::Dimension`] and [`FemError::TooFine`].
-    pub fn rod(diameter: f64, length: f64, element_size: f64) -> Result<Self, FemError> {
+    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
+    pub fn rod(diameter: f64, length: f64, elements: &Elements) -> Result<Self, FemError> {
         positive("rod diameter", diameter)?;
         positive("rod length", length)?;
         let radius = 0.5 * diameter;
-        affordable(radius * length, element_size)?;
-        let mut drawing = Drawing::default();
-        let across = Partition::new(radius, element_size, Grading::Uniform);
-        let along = Partition::new(length, element_size, Grading::Uniform);
+        affordable(radius * length, elements)?;
+        let mut drawing = Drawing::new(elements.order);
+        let across = Partition::new(radius, elements, Grading::Uniform);
+        let along = Partition::new(length, elements, Grading::Uniform);
         let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
         let [a, b, c, d] = corners.map(|p| drawing.vertex(p));
         let bottom = drawing.line(a, b, &across);
@@ -71,14 +68,14 @@ impl Section {
     /// Meshes a sphere of the given diameter (m) about the origin.
     ///
     /// # Errors
-    /// [`FemError::Dimension`] and [`FemError::TooFine`].
-    pub fn sphere(diameter: f64, element_size: f64) -> Result<Self, FemError> {
+    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
+    pub fn sphere(diameter: f64, elements: &Elements) -> Result<Self, FemError> {
         positive("sphere diameter", diameter)?;
         let radius = 0.5 * diameter;
-        affordable(std::f64::consts::FRAC_PI_2 * radius * radius, element_size)?;
-        let mut drawing = Drawing::default();
+        affordable(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
+        let mut drawing = Drawing::new(elements.order);
         let quarter = std::f64::consts::FRAC_PI_4;
-        let radial = Partition::new(radius * quarter, element_size, Grading::Uniform);
+        let radial = Partition::new(radius * quarter, elements, Grading::Uniform);
         let south = drawing.vertex([0.0, -radius]);
         let corner = drawing.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
         let base = drawing.arc(south, corner, &radial);
@@ -88,7 +85,7 @@ impl Section {
             &base,
             &radial,
             &BallMesh {
-                size: element_size,
+                elements,
                 grading: Grading::Uniform,
             },
         );
@@ -98,25 +95,25 @@ impl Section {
 
 impl BallOnBeam {
     /// Meshes beam and ball; see [`Section::ball_on_beam`].
-    pub(super) fn mesh(geometry: &Geometry, size: f64) -> Result<Self, FemError> {
+    pub(super) fn mesh(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
         let Heights { end, corner } = Heights::of(geometry)?;
         let radius = 0.5 * geometry.ball_diameter;
         let beam_radius = 0.5 * geometry.beam_diameter;
         affordable(
             beam_radius * (corner - end) + std::f64::consts::FRAC_PI_2 * radius * radius,
-            size,
+            elements,
         )?;
 
-        let mut drawing = Drawing::default();
+        let mut drawing = Drawing::new(elements.order);
         let c = drawing.vertex([beam_radius, corner]);
         let polar = beam_radius.atan2(corner);
         // The same division serves the beam's radius and the arc above the ball's core.
         let radial = Partition::new(
             beam_radius.max(radius * polar * SHOULDER),
-            size,
+            elements,
             Grading::End,
         );
-        let along = Partition::new(corner - end, size, Grading::End);
+        let along = Partition::new(corner - end, elements, Grading::End);
         let centre = drawing.vertex([0.0, end]);
         let rim = drawing.vertex([beam_radius, end]);
         let a = drawing.vertex([0.0, corner]);
@@ -136,7 +133,7 @@ impl BallOnBeam {
             &base,
             &radial,
             &BallMesh {
-                size,
+                elements,
                 grading: Grading::Start,
             },
         );
@@ -196,8 +193,8 @@ const SHOULDER: f64 = 1.0 / 3.0;
 const CORE: f64 = 0.5;
 
 /// How a ball is divided.
-struct BallMesh {
-    size: f64,
+struct BallMesh<'a> {
+    elements: &'a Elements,
     /// Towards the corner, both along the surface and into the depth.
     grading: Grading,
 }
@@ -209,7 +206,7 @@ fn ball(
     radius: f64,
     base: &Curve,
     radial: &Partition,
-    mesh: &BallMesh,
+    mesh: &BallMesh<'_>,
 ) -> Vec<usize> {
     let [south, corner] = [base.first(), base.last()];
     let [r, z] = drawing.position(corner);
@@ -226,8 +223,8 @@ fn ball(
         drawing.vertex([CORE * r, middle + CORE * (z - middle)])
     });
     let depth = (1.0 - CORE) * r.hypot(z - middle);
-    let layers = Partition::new(depth, mesh.size, mesh.grading);
-    let along = Partition::new(radius * (polar - angle), mesh.size, mesh.grading);
+    let layers = Partition::new(depth, mesh.elements, mesh.grading);
+    let along = Partition::new(radius * (polar - angle), mesh.elements, mesh.grading);
     let [spoke_south, spoke_corner, spoke_shoulder, spoke_north] =
         std::array::from_fn(|k| drawing.line(outer[k], core[k], &layers));
 
@@ -280,18 +277,25 @@ fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     })
 }
 
-/// Refuses an element size that is not a positive number or gives too many elements.
-fn affordable(area: f64, size: f64) -> Result<(), FemError> {
+/// Refuses elements of an order that there is not, of a size that is not a positive number, or too
+/// many of them.
+fn affordable(area: f64, elements: &Elements) -> Result<(), FemError> {
+    let &Elements { size, order } = elements;
+    if !Elements::ORDERS.contains(&order) {
+        return Err(FemError::Order { order });
+    }
     positive("element size", size)?;
-    let elements = area / (size * size);
-    if elements <= ELEMENT_LIMIT as f64 {
+    let count = area / (size * size);
+    let limit = elements.limit();
+    if count <= limit as f64 {
         return Ok(());
     }
     Err(FemError::TooFine {
         size,
-        elements,
-        limit: ELEMENT_LIMIT,
-        smallest: (area / ELEMENT_LIMIT as f64).sqrt(),
+        order,
+        elements: count,
+        limit,
+        smallest: (area / limit as f64).sqrt(),
     })
 }
 
@@ -299,6 +303,7 @@ fn affordable(area: f64, size: f64) -> Result<(), FemError> {
 mod tests {
     use super::*;
     use crate::fem::element::quadrature;
+    use crate::fem::tests::elements;
     use std::f64::consts::PI;
 
     fn geometry(reading: LengthReading) -> Geometry {
@@ -314,7 +319,7 @@ mod tests {
     fn volume(section: &Section) -> f64 {
         let mut volume = 0.0;
         for element in section.elements() {
-            for point in quadrature() {
+            for point in quadrature(section.order()) {
                 let mut r = 0.0;
                 let mut jacobian = [[0.0; 2]; 2];
                 for (k, &node) in element.iter().enumerate() {
@@ -340,10 +345,14 @@ mod tests {
 
     #[test]
     fn volumes_are_those_of_the_bodies() {
-        let rod = Section::rod(0.02, 0.2, 0.01).unwrap();
-        assert_close(volume(&rod), PI * 1e-4 * 0.2, 1e-13);
-        let sphere = Section::sphere(0.03, 0.005).unwrap();
-        assert_close(volume(&sphere), PI / 6.0 * 0.03_f64.powi(3), 1e-9);
+        for order in Elements::ORDERS {
+            let rod = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap();
+            assert_close(volume(&rod), PI * 1e-4 * 0.2, 1e-13);
+            let sphere = Section::sphere(0.03, &elements(0.005, order)).unwrap();
+            // The gap between an arc and its interpolation.
+            let gap = [6e-2, 2e-4, 3e-6, 1e-9].get(order - 1).unwrap_or(&1e-11);
+            assert_close(volume(&sphere), PI / 6.0 * 0.03_f64.powi(3), *gap);
+        }
         // Cylinder plus the ball without the cap inside the beam.
         let [ball, beam, length] = [15.875e-3_f64, 10e-3_f64, 0.2];
         let height = (ball * ball - beam * beam).sqrt();
@@ -353,7 +362,7 @@ mod tests {
             (LengthReading::ToSphere, length),
             (LengthReading::ToCentre, length - height),
         ] {
-            let mesh = Section::ball_on_beam(&geometry(reading), 0.005).unwrap();
+            let mesh = Section::ball_on_beam(&geometry(reading), &elements(0.005, 4)).unwrap();
             assert_close(volume(&mesh), PI * beam * beam * free + head, 1e-9);
         }
     }
@@ -365,13 +374,16 @@ mod tests {
                 beam_diameter,
                 ..geometry(LengthReading::ToSphere)
             };
-            volume(&Section::ball_on_beam(&slim, 5e-3).unwrap());
+            for order in Elements::ORDERS {
+                volume(&Section::ball_on_beam(&slim, &elements(5e-3, order)).unwrap());
+            }
         }
     }
 
     #[test]
     fn surface_nodes_lie_on_the_surface() {
-        let mesh = BallOnBeam::mesh(&geometry(LengthReading::ToCentre), 6e-3).unwrap();
+        let mesh =
+            BallOnBeam::mesh(&geometry(LengthReading::ToCentre), &elements(6e-3, 4)).unwrap();
         for &node in &mesh.ball {
             let [r, z] = mesh.section.nodes[node];
             assert!((r.hypot(z) - 15.875e-3).abs() < 1e-16);
@@ -425,16 +437,36 @@ mod tests {
             ),
         ];
         for (name, geometry) in bad {
-            let message = Section::ball_on_beam(&geometry, 0.01)
+            let message = Section::ball_on_beam(&geometry, &elements(0.01, 4))
                 .unwrap_err()
                 .to_string();
             assert!(message.contains(name), "{message}");
         }
         for size in [0.0, -1e-3, f64::INFINITY] {
-            let error = Section::ball_on_beam(&good, size).unwrap_err();
+            let error = Section::ball_on_beam(&good, &elements(size, 4)).unwrap_err();
             assert!(error.to_string().contains("element size"));
         }
-        let error = Section::ball_on_beam(&good, 1e-5).unwrap_err();
+        let error = Section::ball_on_beam(&good, &elements(1e-5, 4)).unwrap_err();
         assert!(matches!(error, FemError::TooFine { .. }));
+    }
+
+    #[test]
+    fn orders_that_there_are_not_are_refused_and_higher_ones_take_fewer_elements() {
+        for order in [0, 9] {
+            let error = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap_err();
+            assert_eq!(error, FemError::Order { order });
+            assert!(error.to_string().contains("from 1 to 8"), "{error}");
+        }
+        for (order, limit) in [(1, 32_000), (2, 8_000), (4, 2_000), (8, 500)] {
+            // A rod of a little more elements than there may be.
+            let size = (0.01 * 0.2 / limit as f64).sqrt();
+            let mesh = |size| Section::rod(0.02, 0.2, &elements(size, order));
+            assert!(mesh(1.01 * size).is_ok());
+            let error = mesh(0.99 * size).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("order {order} is {limit}")),
+                "{error}"
+            );
+        }
     }
 }

@@ -2,11 +2,7 @@
 
 use super::bodies::BallOnBeam;
 use super::surface::{BallSurface, EdgePoint, ShapeTable, SideSurface};
-use super::{Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
-
-/// Edge length of the finite elements, m, for a body of the paper's size: the ball's radius. The
-/// eleven frequencies up to 13 kHz are then converged to 5e-6, in less than a tenth of a second.
-pub const DEFAULT_ELEMENT_SIZE: f64 = 16e-3;
+use super::{Elements, Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
 
 /// The elastic modes of a free ball on a beam, normalised to unit mass over the whole body
 /// (`Phi^T M Phi = I`), in ascending order of frequency, the x copy of a bending pair before its
@@ -84,19 +80,18 @@ struct Found {
 impl BodyModes {
     /// Meshes the body and finds the lowest modes of each family.
     ///
-    /// `element_size` (m) is the longest element edge; [`DEFAULT_ELEMENT_SIZE`] serves a body of
-    /// the paper's size.
+    /// [`Elements::default`] serves a body of the paper's size.
     ///
     /// # Errors
-    /// [`FemError`]: impossible dimensions or material, a mesh too fine, or a failure of the
-    /// eigenvalue computation.
+    /// [`FemError`]: impossible dimensions or material, an order that there is not, a mesh too
+    /// fine, or a failure of the eigenvalue computation.
     pub fn solve(
         geometry: &Geometry,
         material: &Material,
-        element_size: f64,
+        elements: &Elements,
         families: &Families,
     ) -> Result<Self, FemError> {
-        let mesh = BallOnBeam::mesh(geometry, element_size)?;
+        let mesh = BallOnBeam::mesh(geometry, elements)?;
         let mut found = Vec::new();
         for (harmonic, count) in [
             (Harmonic::Bending, families.bending_pairs),
@@ -226,6 +221,7 @@ impl BodyModes {
     }
 
     /// A triangle mesh of the whole surface for pictures, with the mode shapes at its vertices.
+    /// It is the surface of the elements: at order 1 the ball has the flats that they have.
     ///
     /// `along` counts the segments from the free end to the north pole, two fifths of them on the
     /// ball; `round` counts those round the axis. Less than 4 and 3 are taken as 4 and 3. There

@@ -260,6 +260,7 @@ fn assemble_pairs(ritz: &[RitzPair], basis: &[Vec<f64>], shift: f64) -> Eigenpai
 mod tests {
     use super::*;
     use crate::fem::harmonic::DofMap;
+    use crate::fem::tests::elements;
     use crate::fem::{Material, Section};
 
     #[test]
@@ -270,7 +271,7 @@ mod tests {
             poisson: 0.3,
             density: 7800.0,
         };
-        let section = Section::rod(0.02, 0.06, 0.02).unwrap();
+        let section = Section::rod(0.02, 0.06, &elements(0.02, 4)).unwrap();
         for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
             let dofs = DofMap::new(&section, harmonic);
             let pencil = Pencil::assemble(&section, &material, harmonic, &dofs);

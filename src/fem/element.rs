@@ -1,44 +1,150 @@
-//! The reference element: a quadrilateral of degree 4 on the square `[-1, 1]^2`.
+//! The reference element: a quadrilateral of polynomial order `p` on the square `[-1, 1]^2`.
 //!
-//! Nodes are the tensor product of the five Gauss-Lobatto points, which keeps Lagrange
-//! interpolation well conditioned; integration is by the 5 x 5 Gauss rule, exact to degree 9 in
-//! each direction, so that the mass of an undistorted element is integrated exactly, the factor
-//! `r` included. For smooth modes the frequency error falls like `h^8`.
+//! Nodes are the tensor product of the `p + 1` Gauss-Lobatto points, which keeps Lagrange
+//! interpolation well conditioned at every order; at orders 1 and 2 they are the corners, and the
+//! corners, edge middles and centre, of the classical bilinear and nine-node elements.
+//! Integration is by the Gauss rule of `p + 1` points a direction, exact to degree `2 p + 1`, so
+//! that the mass of an undistorted element is integrated exactly, the factor `r` included.
+//!
+//! Points and weights: Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, tables
+//! 25.4 and 25.6; the tests check them by what defines them.
 
-/// Polynomial degree along an edge.
-pub const DEGREE: usize = 4;
-/// Nodes along an edge.
-pub const EDGE_NODES: usize = DEGREE + 1;
-/// Nodes of an element; node `(i, j)` has the index `j * EDGE_NODES + i`.
-pub const ELEMENT_NODES: usize = EDGE_NODES * EDGE_NODES;
+/// Lagrange elements are made up to this order.
+pub const MOST_ORDER: usize = 8;
+/// Nodes along an edge of the highest order.
+const MOST_EDGE_NODES: usize = MOST_ORDER + 1;
 
-/// The Gauss-Lobatto points of degree 4: the ends and the roots `0, +-sqrt(3/7)` of `P_4'`.
-pub const EDGE_POINTS: [f64; EDGE_NODES] = [
-    -1.0,
-    -0.654_653_670_707_977_1,
-    0.0,
-    0.654_653_670_707_977_1,
-    1.0,
+/// Gauss-Lobatto points that are not negative, ascending: those of order `p` in row `p - 1`. They are
+/// the end and the roots of the derivative of Legendre's polynomial of degree `p`.
+const LOBATTO: [&[f64]; MOST_ORDER] = [
+    &[1.0],
+    &[0.0, 1.0],
+    &[0.447_213_595_499_957_9, 1.0],
+    &[0.0, 0.654_653_670_707_977_1, 1.0],
+    &[0.285_231_516_480_645_1, 0.765_055_323_929_464_7, 1.0],
+    &[0.0, 0.468_848_793_470_714_23, 0.830_223_896_278_567, 1.0],
+    &[
+        0.209_299_217_902_478_88,
+        0.591_700_181_433_142_3,
+        0.871_740_148_509_606_6,
+        1.0,
+    ],
+    &[
+        0.0,
+        0.363_117_463_826_178_16,
+        0.677_186_279_510_737_7,
+        0.899_757_995_411_460_2,
+        1.0,
+    ],
 ];
 
-/// The Lagrange polynomials of an edge and their derivatives, at one point.
+/// A point and weight of a Gauss rule on `[-1, 1]`.
+#[derive(Clone, Copy, Debug)]
+struct GaussPoint {
+    at: f64,
+    weight: f64,
+}
+
+const fn gauss(at: f64, weight: f64) -> GaussPoint {
+    GaussPoint { at, weight }
+}
+
+/// Gauss points that are not negative, ascending: the rule of `p + 1` points in row `p - 1`.
+const GAUSS: [&[GaussPoint]; MOST_ORDER] = [
+    &[gauss(0.577_350_269_189_625_7, 1.0)],
+    &[
+        gauss(0.0, 0.888_888_888_888_888_8),
+        gauss(0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+    ],
+    &[
+        gauss(0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+        gauss(0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    ],
+    &[
+        gauss(0.0, 0.568_888_888_888_888_9),
+        gauss(0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        gauss(0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    ],
+    &[
+        gauss(0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+        gauss(0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+        gauss(0.932_469_514_203_152, 0.171_324_492_379_170_36),
+    ],
+    &[
+        gauss(0.0, 0.417_959_183_673_469_4),
+        gauss(0.405_845_151_377_397_2, 0.381_830_050_505_118_9),
+        gauss(0.741_531_185_599_394_5, 0.279_705_391_489_276_64),
+        gauss(0.949_107_912_342_758_5, 0.129_484_966_168_869_7),
+    ],
+    &[
+        gauss(0.183_434_642_495_649_8, 0.362_683_783_378_362),
+        gauss(0.525_532_409_916_329, 0.313_706_645_877_887_27),
+        gauss(0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+        gauss(0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+    ],
+    &[
+        gauss(0.0, 0.330_239_355_001_259_8),
+        gauss(0.324_253_423_403_808_9, 0.312_347_077_040_002_86),
+        gauss(0.613_371_432_700_590_4, 0.260_610_696_402_935_44),
+        gauss(0.836_031_107_326_635_8, 0.180_648_160_694_857_4),
+        gauss(0.968_160_239_507_626_1, 0.081_274_388_361_574_41),
+    ],
+];
+
+/// The Gauss rule that goes with an order, points ascending.
+fn gauss_rule(order: usize) -> Vec<GaussPoint> {
+    let half = GAUSS[order - 1];
+    let mirrored = half.iter().rev().filter(|point| point.at > 0.0);
+    mirrored
+        .map(|&GaussPoint { at, weight }| gauss(-at, weight))
+        .chain(half.iter().copied())
+        .collect()
+}
+
+/// The nodes along an edge and the Lagrange polynomials on them.
+#[derive(Clone, Debug)]
+pub struct EdgeNodes {
+    points: Vec<f64>,
+}
+
+/// The Lagrange polynomials of an edge and their derivatives, at one point. Entries beyond the
+/// nodes of the edge mean nothing: arrays of one size need no memory of their own.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeBasis {
     /// Values `N_i(xi)`.
-    pub value: [f64; EDGE_NODES],
+    pub value: [f64; MOST_EDGE_NODES],
     /// Derivatives `dN_i / dxi`.
-    pub slope: [f64; EDGE_NODES],
+    pub slope: [f64; MOST_EDGE_NODES],
 }
 
-impl EdgeBasis {
-    /// Evaluates them at `xi` in `[-1, 1]`.
-    pub fn at(xi: f64) -> Self {
-        let mut basis = Self {
-            value: [1.0; EDGE_NODES],
-            slope: [0.0; EDGE_NODES],
+impl EdgeNodes {
+    /// Those of an order from 1 to [`MOST_ORDER`].
+    pub fn of_order(order: usize) -> Self {
+        let half = LOBATTO[order - 1];
+        let mirrored = half.iter().rev().filter(|point| **point > 0.0);
+        Self {
+            points: mirrored.map(|x| -x).chain(half.iter().copied()).collect(),
+        }
+    }
+
+    /// Places of the nodes in `[-1, 1]`, ascending.
+    pub fn points(&self) -> &[f64] {
+        &self.points
+    }
+
+    /// The number of nodes.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Evaluates the polynomials at `xi` in `[-1, 1]`.
+    pub fn basis(&self, xi: f64) -> EdgeBasis {
+        let mut basis = EdgeBasis {
+            value: [1.0; MOST_EDGE_NODES],
+            slope: [0.0; MOST_EDGE_NODES],
         };
-        for (i, &own) in EDGE_POINTS.iter().enumerate() {
-            for (j, &other) in EDGE_POINTS.iter().enumerate() {
+        for (i, &own) in self.points.iter().enumerate() {
+            for (j, &other) in self.points.iter().enumerate() {
                 if i != j {
                     let gap = (own - other).recip();
                     let factor = (xi - other) * gap;
@@ -51,54 +157,34 @@ impl EdgeBasis {
     }
 }
 
-/// The shape functions at one quadrature point of the reference square.
+/// The shape functions at one quadrature point of the reference square. Node `(i, j)` of an
+/// element, counted along the first and the second local coordinate, has the index
+/// `j * (p + 1) + i`.
 #[derive(Clone, Debug)]
 pub struct QuadraturePoint {
     /// Weight of the point; all weights sum to 4.
     pub weight: f64,
     /// Shape functions.
-    pub value: [f64; ELEMENT_NODES],
+    pub value: Vec<f64>,
     /// Derivatives along the first local coordinate.
-    pub d_xi: [f64; ELEMENT_NODES],
+    pub d_xi: Vec<f64>,
     /// Derivatives along the second local coordinate.
-    pub d_eta: [f64; ELEMENT_NODES],
+    pub d_eta: Vec<f64>,
 }
 
-/// A point and weight of the five-point Gauss rule on `[-1, 1]`.
-struct GaussPoint {
-    at: f64,
-    weight: f64,
-}
-
-fn gauss_rule() -> [GaussPoint; EDGE_NODES] {
-    let root = (10.0_f64 / 7.0).sqrt();
-    let point = |sign: f64, branch: f64| GaussPoint {
-        at: sign * (5.0 + branch * 2.0 * root).sqrt() / 3.0,
-        weight: (322.0 - branch * 13.0 * 70.0_f64.sqrt()) / 900.0,
-    };
-    let middle = GaussPoint {
-        at: 0.0,
-        weight: 128.0 / 225.0,
-    };
-    [
-        point(-1.0, 1.0),
-        point(-1.0, -1.0),
-        middle,
-        point(1.0, -1.0),
-        point(1.0, 1.0),
-    ]
-}
-
-/// The 5 x 5 Gauss points with the shape functions tabulated.
-pub fn quadrature() -> Vec<QuadraturePoint> {
-    let rule = gauss_rule();
-    let mut points = Vec::with_capacity(ELEMENT_NODES);
+/// The Gauss points of an element of the given order with the shape functions tabulated.
+pub fn quadrature(order: usize) -> Vec<QuadraturePoint> {
+    let rule = gauss_rule(order);
+    let edge = EdgeNodes::of_order(order);
+    let mut points = Vec::with_capacity(rule.len() * rule.len());
     for vertical in &rule {
-        let eta = EdgeBasis::at(vertical.at);
+        let eta = edge.basis(vertical.at);
         for horizontal in &rule {
-            let xi = EdgeBasis::at(horizontal.at);
-            let tensor = |a: &[f64; EDGE_NODES], b: &[f64; EDGE_NODES]| {
-                std::array::from_fn(|node| a[node % EDGE_NODES] * b[node / EDGE_NODES])
+            let xi = edge.basis(horizontal.at);
+            let tensor = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                let rows = b[..edge.len()].iter();
+                rows.flat_map(|row| a[..edge.len()].iter().map(move |column| column * row))
+                    .collect()
             };
             points.push(QuadraturePoint {
                 weight: horizontal.weight * vertical.weight,
@@ -116,54 +202,76 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gauss_rule_is_exact_to_degree_nine_and_no_further() {
-        for power in 0..=10 {
-            let sum: f64 = gauss_rule()
-                .iter()
-                .map(|p| p.weight * p.at.powi(power))
-                .sum();
-            let exact = if power % 2 == 0 {
-                2.0 / f64::from(power + 1)
-            } else {
-                0.0
-            };
-            let error = (sum - exact).abs();
-            assert_eq!(error < 1e-14, power <= 9, "degree {power}: error {error:e}");
+    fn the_gauss_rules_are_exact_to_their_degree_and_no_further() {
+        for order in 1..=MOST_ORDER {
+            let exact_to = 2 * order as i32 + 1;
+            for power in 0..=exact_to + 1 {
+                let rule = gauss_rule(order);
+                let sum: f64 = rule.iter().map(|p| p.weight * p.at.powi(power)).sum();
+                let exact = if power % 2 == 0 {
+                    2.0 / f64::from(power + 1)
+                } else {
+                    0.0
+                };
+                let error = (sum - exact).abs();
+                assert_eq!(
+                    error < 2e-15,
+                    power <= exact_to,
+                    "order {order}, degree {power}: error {error:e}"
+                );
+            }
         }
     }
 
     #[test]
-    fn the_basis_reproduces_quartics_and_their_slopes() {
-        let quartic = |x: f64| 2.0 - x + 3.0 * x.powi(3) - 0.7 * x.powi(4);
-        let slope = |x: f64| -1.0 + 9.0 * x.powi(2) - 2.8 * x.powi(3);
-        for x in [-1.0, -0.83, 0.0, 0.4, 1.0] {
-            let basis = EdgeBasis::at(x);
-            let sum = |weights: &[f64; EDGE_NODES]| -> f64 {
-                weights
-                    .iter()
-                    .zip(EDGE_POINTS)
-                    .map(|(w, at)| w * quartic(at))
-                    .sum()
-            };
-            assert!((sum(&basis.value) - quartic(x)).abs() < 1e-14);
-            assert!((sum(&basis.slope) - slope(x)).abs() < 1e-13);
+    fn the_inner_nodes_are_the_roots_of_the_derivative_of_legendres_polynomial() {
+        for order in 1..=MOST_ORDER {
+            let edge = EdgeNodes::of_order(order);
+            assert_eq!(edge.len(), order + 1);
+            assert_eq!([edge.points()[0], edge.points()[order]], [-1.0, 1.0]);
+            for &x in &edge.points()[1..order] {
+                // (1 - x^2) P_p' = p (P_(p-1) - x P_p), and P_n by Bonnet's recursion.
+                let (mut before, mut legendre) = (1.0, x);
+                for n in 1..order {
+                    let n = n as f64;
+                    let next = ((2.0 * n + 1.0) * x * legendre - n * before) / (n + 1.0);
+                    (before, legendre) = (legendre, next);
+                }
+                let residual = before - x * legendre;
+                assert!(residual.abs() < 1e-15, "order {order}: {residual:e} at {x}");
+            }
         }
     }
 
     #[test]
-    fn the_inner_points_are_the_roots_of_the_derivative_of_legendres_polynomial() {
-        // P_4' = (140 x^3 - 60 x) / 8.
-        for x in &EDGE_POINTS[1..DEGREE] {
-            assert!((140.0 * x.powi(3) - 60.0 * x).abs() < 1e-13);
+    fn the_basis_reproduces_polynomials_of_its_order_and_their_slopes() {
+        for order in 1..=MOST_ORDER {
+            let edge = EdgeNodes::of_order(order);
+            let power = order as i32;
+            let polynomial = |x: f64| 2.0 - x + 0.7 * x.powi(power);
+            let slope = |x: f64| -1.0 + 0.7 * f64::from(power) * x.powi(power - 1);
+            for x in [-1.0, -0.83, 0.0, 0.4, 1.0] {
+                let basis = edge.basis(x);
+                let sum = |weights: &[f64]| -> f64 {
+                    let nodal = edge.points().iter().map(|&at| polynomial(at));
+                    weights.iter().zip(nodal).map(|(w, y)| w * y).sum()
+                };
+                assert!((sum(&basis.value) - polynomial(x)).abs() < 1e-14);
+                assert!((sum(&basis.slope) - slope(x)).abs() < 1e-13);
+            }
         }
     }
 
     #[test]
     fn the_basis_is_one_at_its_own_node_and_zero_at_the_others() {
-        for (i, at) in EDGE_POINTS.into_iter().enumerate() {
-            let value = EdgeBasis::at(at).value;
-            for (j, v) in value.into_iter().enumerate() {
-                assert_eq!(v, if i == j { 1.0 } else { 0.0 });
+        for order in 1..=MOST_ORDER {
+            let edge = EdgeNodes::of_order(order);
+            for (i, &at) in edge.points().iter().enumerate() {
+                let value = edge.basis(at).value;
+                for (j, v) in value[..edge.len()].iter().enumerate() {
+                    let exact = if i == j { 1.0 } else { 0.0 };
+                    assert!((v - exact).abs() < 1e-15, "order {order}: {v}");
+                }
             }
         }
     }

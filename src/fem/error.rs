@@ -1,6 +1,6 @@
 //! What can go wrong between dimensions and mode shapes.
 
-use super::Harmonic;
+use super::{Elements, Harmonic};
 
 /// An error of the finite-element model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,25 +25,37 @@ pub enum FemError {
         /// What is required of it.
         requirement: &'static str,
     },
+    /// An order that no elements are made of.
+    #[error(
+        "element order = {order}: must be a whole number from {} to {}",
+        Elements::ORDERS.start(),
+        Elements::ORDERS.end()
+    )]
+    Order {
+        /// The order asked for.
+        order: usize,
+    },
     /// The mesh would not fit a reasonable computation.
     #[error(
-        "element size {size} m asks for about {elements:.0} elements, the limit is {limit}: \
-         use a size above {smallest:.2e} m"
+        "element size {size} m asks for about {elements:.0} elements, the limit at order {order} \
+         is {limit}: use a size above {smallest:.2e} m"
     )]
     TooFine {
         /// The element size asked for, m.
         size: f64,
+        /// Their polynomial order.
+        order: usize,
         /// About how many elements it gives.
         elements: f64,
-        /// The largest number allowed.
+        /// The largest number allowed at this order.
         limit: usize,
-        /// The smallest size allowed, m.
+        /// The smallest size allowed at this order, m.
         smallest: f64,
     },
     /// More modes asked for than the mesh has degrees of freedom.
     #[error(
         "{wanted} {harmonic} modes asked for, but the mesh resolves {available}: \
-         ask for fewer or use a smaller element size"
+         ask for fewer, or use smaller elements or a higher order"
     )]
     TooManyModes {
         /// The family.

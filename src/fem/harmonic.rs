@@ -235,6 +235,7 @@ impl DofMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fem::tests::elements;
 
     #[test]
     fn the_stiffness_root_squares_to_hookes_law() {
@@ -273,7 +274,7 @@ mod tests {
 
     #[test]
     fn scatter_undoes_gather_for_fields_that_obey_the_axis() {
-        let section = Section::sphere(0.02, 0.01).unwrap();
+        let section = Section::sphere(0.02, &elements(0.01, 2)).unwrap();
         for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
             let map = DofMap::new(&section, harmonic);
             for motion in harmonic.rigid_motions(&section) {

@@ -10,8 +10,9 @@
 //! Geometry -> Section (mesh) -> K, M (one pair a family) -> shift-invert Lanczos -> BodyModes
 //! ```
 //!
-//! * [`Section`]: quadrilaterals of degree 4, curved on the sphere, graded towards the re-entrant
-//!   corner where the beam meets it; also rods and spheres, whose modes are known.
+//! * [`Section`]: quadrilaterals of any order from 1 to 8 ([`Elements`]), curved on the sphere,
+//!   graded towards the re-entrant corner where the beam meets it; also rods and spheres, whose
+//!   modes are known.
 //! * [`Harmonic`]: strains and axis conditions of a family.
 //! * [`BodyModes`]: frequencies, labels and mass-normalised shapes on the surface.
 //!
@@ -26,7 +27,7 @@
 //!
 //! ```
 //! use squeakscope::fem::{
-//!     BodyModes, DEFAULT_ELEMENT_SIZE, Families, Geometry, LengthReading, Material,
+//!     BodyModes, Elements, Families, Geometry, LengthReading, Material,
 //! };
 //!
 //! let geometry = Geometry {
@@ -37,7 +38,7 @@
 //! };
 //! let steel = Material { young: 207e9, poisson: 0.30, density: 7800.0 };
 //! let families = Families { bending_pairs: 1, torsion: 1, axial: 0 };
-//! let body = BodyModes::solve(&geometry, &steel, DEFAULT_ELEMENT_SIZE, &families)?;
+//! let body = BodyModes::solve(&geometry, &steel, &Elements::default(), &families)?;
 //! let labels: Vec<String> = body.modes().iter().map(|mode| mode.label()).collect();
 //! assert_eq!(labels, ["1st bending x", "1st bending y", "1st torsion"]);
 //!
@@ -61,10 +62,9 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use bodies::ELEMENT_LIMIT;
-pub use body::{BodyMode, BodyModes, DEFAULT_ELEMENT_SIZE, FamilyMode, SurfaceMesh};
+pub use body::{BodyMode, BodyModes, FamilyMode, SurfaceMesh};
 pub use error::FemError;
 pub use harmonic::Harmonic;
 pub use meridian::MeridianMode;
 pub use section::Section;
-pub use spec::{Families, Geometry, LengthReading, Material, ModeKind};
+pub use spec::{Elements, Families, Geometry, LengthReading, Material, ModeKind};

@@ -4,27 +4,37 @@
 //! curve carries its nodes and is shared by the patches on its two sides, so neighbours conform by
 //! construction and nothing has to be welded. Nodes inside a patch follow from its boundary by
 //! transfinite interpolation (Gordon and Hall, Numer. Math. 21, 1973, 109); the elements are
-//! isoparametric, so an arc is followed to the fifth power of the element's angle.
+//! isoparametric, so at order `p` an arc is followed to the power `p + 1` of the element's angle.
 
-use super::element::{EDGE_NODES, EDGE_POINTS, ELEMENT_NODES};
+use std::slice::ChunksExact;
+
+use super::Elements;
+use super::element::EdgeNodes;
 
 /// A mesh of a meridian section. Bodies to mesh are in [`Section::ball_on_beam`],
 /// [`Section::rod`] and [`Section::sphere`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
+    pub(super) order: usize,
     pub(super) nodes: Vec<[f64; 2]>,
-    pub(super) elements: Vec<[usize; ELEMENT_NODES]>,
+    /// Node numbers, element by element.
+    elements: Vec<usize>,
 }
 
 impl Section {
+    /// Polynomial order `p` of the elements.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
     /// Coordinates `(r, z)` of the nodes, m. On the axis `r` is exactly zero.
     pub fn nodes(&self) -> &[[f64; 2]] {
         &self.nodes
     }
 
-    /// The elements: 5 x 5 node numbers each, row by row.
-    pub fn elements(&self) -> &[[usize; ELEMENT_NODES]] {
-        &self.elements
+    /// The elements: `(p + 1) x (p + 1)` node numbers each, row by row.
+    pub fn elements(&self) -> ChunksExact<'_, usize> {
+        self.elements.chunks_exact((self.order + 1).pow(2))
     }
 
     /// Diagonal of the box round the section, m: the length scale of its lowest modes.
@@ -65,11 +75,11 @@ pub(super) struct Partition {
 }
 
 impl Partition {
-    /// Divides into equal elements no longer than `size` (at least one), and then, if graded,
+    /// Divides into equal elements no longer than their size (at least one), and then, if graded,
     /// divides the last one before the corner geometrically.
-    pub(super) fn new(length: f64, size: f64, grading: Grading) -> Self {
+    pub(super) fn new(length: f64, elements: &Elements, grading: Grading) -> Self {
         // The hair's breadth keeps 0.2 / 0.01 from becoming 21 elements.
-        let count = (length / size - 1e-9).ceil().max(1.0);
+        let count = (length / elements.size - 1e-9).ceil().max(1.0);
         let mut borders: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
         if grading != Grading::Uniform {
             let graded = (1..=GRADING_LEVELS)
@@ -81,11 +91,12 @@ impl Partition {
             borders.reverse();
             borders.iter_mut().for_each(|b| *b = 1.0 - *b);
         }
+        let edge = EdgeNodes::of_order(elements.order);
         let mut params = vec![0.0];
         for border in borders.windows(2) {
             let width = border[1] - border[0];
             params.extend(
-                EDGE_POINTS[1..EDGE_NODES - 1]
+                edge.points()[1..elements.order]
                     .iter()
                     .map(|xi| border[0] + 0.5 * (1.0 + xi) * width),
             );
@@ -98,7 +109,7 @@ impl Partition {
 /// Node numbers along a curve, and where they sit on it as fractions of its length.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
-    /// Node numbers; element borders are every `DEGREE`-th.
+    /// Node numbers; of elements of order `p`, every `p`-th is an element border.
     pub(super) nodes: Vec<usize>,
     params: Vec<f64>,
 }
@@ -133,13 +144,23 @@ pub(super) struct Sides<'a> {
 }
 
 /// Draws a section: vertices first, curves between them, patches between those.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Drawing {
+    order: usize,
     nodes: Vec<[f64; 2]>,
-    elements: Vec<[usize; ELEMENT_NODES]>,
+    elements: Vec<usize>,
 }
 
 impl Drawing {
+    /// An empty one, for elements of the given order.
+    pub(super) fn new(order: usize) -> Self {
+        Self {
+            order,
+            nodes: Vec::new(),
+            elements: Vec::new(),
+        }
+    }
+
     /// Adds a corner of patches at `(r, z)`.
     pub(super) fn vertex(&mut self, position: [f64; 2]) -> usize {
         self.nodes.push(position);
@@ -214,11 +235,13 @@ impl Drawing {
                 grid.push(node);
             }
         }
-        for row in (0..rows - 1).step_by(EDGE_NODES - 1) {
-            for column in (0..columns - 1).step_by(EDGE_NODES - 1) {
-                self.elements.push(std::array::from_fn(|k| {
-                    grid[(row + k / EDGE_NODES) * columns + column + k % EDGE_NODES]
-                }));
+        for row in (0..rows - 1).step_by(self.order) {
+            for column in (0..columns - 1).step_by(self.order) {
+                for j in row..=row + self.order {
+                    let start = j * columns + column;
+                    self.elements
+                        .extend_from_slice(&grid[start..=start + self.order]);
+                }
             }
         }
     }
@@ -242,6 +265,7 @@ impl Drawing {
     /// The finished mesh.
     pub(super) fn finish(self) -> Section {
         Section {
+            order: self.order,
             nodes: self.nodes,
             elements: self.elements,
         }

@@ -2,80 +2,86 @@
 //!
 //! The surface's meridian is a chain of element edges. A point on it is found in two steps: which
 //! edge, by bisection in a coordinate that grows along the chain (the polar angle on the ball, the
-//! height on the beam), and where on the edge, by inverting the isoparametric map.
+//! height on the beam), and where on the edge, by inverting the isoparametric map. The surface is
+//! that of the elements: at order 1 a ball is a stack of cones, and a direction meets their chords.
 
 use super::MeridianMode;
 use super::bodies::BallOnBeam;
-use super::element::{DEGREE, EDGE_NODES, EdgeBasis};
+use super::element::{EdgeBasis, EdgeNodes};
 
-/// A point of a meridian: an edge and the values of its shape functions.
+/// A point of a meridian: an edge and its shape functions there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgePoint {
     edge: usize,
-    basis: [f64; EDGE_NODES],
+    basis: EdgeBasis,
 }
 
 /// Positions and amplitudes of all modes at the nodes of a chain of edges, stored in the order in
 /// which they are read.
 #[derive(Clone, Debug)]
 pub(super) struct ShapeTable {
-    /// `(r, z)` of the nodes of each edge.
-    positions: Vec<[[f64; 2]; EDGE_NODES]>,
+    edge: EdgeNodes,
+    /// `(r, z)` of the nodes: edge by edge.
+    positions: Vec<[f64; 2]>,
     /// `[U, V, W]` of the nodes: edge by edge, in it field by field.
-    amplitudes: Vec<[[f64; 3]; EDGE_NODES]>,
+    amplitudes: Vec<[f64; 3]>,
     fields: usize,
 }
 
 impl ShapeTable {
     fn new(chain: &[usize], mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let edges = (0..chain.len() - 1).step_by(DEGREE);
+        let order = mesh.section.order();
         let mut table = Self {
+            edge: EdgeNodes::of_order(order),
             positions: Vec::new(),
             amplitudes: Vec::new(),
             fields: fields.len(),
         };
-        for start in edges {
-            let nodes: [usize; EDGE_NODES] = std::array::from_fn(|k| chain[start + k]);
-            table.positions.push(nodes.map(|n| mesh.section.nodes()[n]));
-            table.amplitudes.extend(
-                fields
-                    .iter()
-                    .map(|field| nodes.map(|n| field.amplitudes[n])),
-            );
+        for start in (0..chain.len() - 1).step_by(order) {
+            let nodes = &chain[start..=start + order];
+            let positions = nodes.iter().map(|&n| mesh.section.nodes()[n]);
+            table.positions.extend(positions);
+            for field in fields {
+                let amplitudes = nodes.iter().map(|&n| field.amplitudes[n]);
+                table.amplitudes.extend(amplitudes);
+            }
         }
         table
     }
 
     /// Amplitudes `[U, V, W]` of one field, 1/sqrt(kg).
     pub(super) fn amplitudes(&self, point: &EdgePoint, field: usize) -> [f64; 3] {
-        interpolate(
-            &point.basis,
-            &self.amplitudes[point.edge * self.fields + field],
-        )
+        let nodes = self.edge.len();
+        let start = (point.edge * self.fields + field) * nodes;
+        interpolate(&point.basis.value, &self.amplitudes[start..start + nodes])
     }
 
     /// Position `(r, z)`, m.
     pub(super) fn position(&self, point: &EdgePoint) -> [f64; 2] {
-        interpolate(&point.basis, &self.positions[point.edge])
+        interpolate(&point.basis.value, self.nodes_of(point.edge))
+    }
+
+    /// Positions `(r, z)` of the nodes of an edge, m.
+    fn nodes_of(&self, edge: usize) -> &[[f64; 2]] {
+        let nodes = self.edge.len();
+        &self.positions[edge * nodes..][..nodes]
     }
 
     /// Borders of the edges in some coordinate of `(r, z)`.
     fn borders(&self, coordinate: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
-        let last = self.positions[self.positions.len() - 1][DEGREE];
+        let last = self.positions.last().copied();
         self.positions
             .iter()
-            .map(|edge| edge[0])
-            .chain([last])
+            .step_by(self.edge.len())
+            .copied()
+            .chain(last)
             .map(coordinate)
             .collect()
     }
 }
 
-/// Sum of nodal values weighted by the shape functions.
-fn interpolate<const N: usize>(
-    basis: &[f64; EDGE_NODES],
-    nodal: &[[f64; N]; EDGE_NODES],
-) -> [f64; N] {
+/// Sum of nodal values weighted by the shape functions, of which there may be more than nodes.
+fn interpolate<const N: usize>(basis: &[f64], nodal: &[[f64; N]]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (weight, value) in basis.iter().zip(nodal) {
         for (s, v) in sum.iter_mut().zip(value) {
@@ -109,6 +115,12 @@ pub(super) struct BallSurface {
     borders: Vec<f64>,
 }
 
+/// A correction of the local coordinate smaller than this is the last: the next would be about its
+/// square, and that is rounding.
+const LAST_CORRECTION: f64 = 1e-8;
+/// Bound on the corrections: four reach the above on the coarsest meshes.
+const MOST_CORRECTIONS: usize = 8;
+
 /// Directions this far (rad) beyond the corner still count as the corner: rounding.
 const ANGLE_ROUNDING: f64 = 1e-12;
 
@@ -138,21 +150,22 @@ impl BallSurface {
 
     fn point(&self, polar: f64) -> EdgePoint {
         let Located { edge, mut xi } = locate(&self.borders, polar);
-        let nodes = &self.table.positions[edge];
+        let nodes = self.table.nodes_of(edge);
         let (sin, cos) = polar.sin_cos();
-        let mut basis = EdgeBasis::at(xi);
-        // Nodes sit at equal fractions of the angle, so the guess is wrong only by how a quartic
-        // misses the arc (1e-5 for a third of a radian); Newton's method squares that.
-        for _ in 0..2 {
+        let mut basis = self.table.edge.basis(xi);
+        // Nodes sit at their fractions of the angle, so the guess is wrong only by how a polynomial
+        // misses the arc (at order 4, 1e-5 for a third of a radian); Newton's method squares that.
+        for _ in 0..MOST_CORRECTIONS {
             let [r, z] = interpolate(&basis.value, nodes);
             let [r_xi, z_xi] = interpolate(&basis.slope, nodes);
-            xi -= (r * cos - z * sin) / (r_xi * cos - z_xi * sin);
-            basis = EdgeBasis::at(xi);
+            let correction = (r * cos - z * sin) / (r_xi * cos - z_xi * sin);
+            xi -= correction;
+            basis = self.table.edge.basis(xi);
+            if correction.abs() < LAST_CORRECTION {
+                break;
+            }
         }
-        EdgePoint {
-            edge,
-            basis: basis.value,
-        }
+        EdgePoint { edge, basis }
     }
 }
 
@@ -178,7 +191,7 @@ impl SideSurface {
         let Located { edge, xi } = locate(&self.borders, low + fraction * (high - low));
         EdgePoint {
             edge,
-            basis: EdgeBasis::at(xi).value,
+            basis: self.table.edge.basis(xi),
         }
     }
 }

@@ -6,6 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::element::quadrature;
+use super::surface::BallSurface;
 use super::*;
 
 const STEEL: Material = Material {
@@ -28,12 +29,28 @@ fn geometry(reading: LengthReading) -> Geometry {
     }
 }
 
-fn body(reading: LengthReading, element_size: f64) -> BodyModes {
-    BodyModes::solve(&geometry(reading), &STEEL, element_size, &ELEVEN).unwrap()
+/// Elements of a size (m) and an order.
+pub(super) fn elements(size: f64, order: usize) -> Elements {
+    Elements { size, order }
+}
+
+/// The default elements divided by a number.
+fn divided(by: f64) -> Elements {
+    let whole = Elements::default();
+    elements(whole.size / by, whole.order)
+}
+
+fn body(reading: LengthReading, elements: &Elements) -> BodyModes {
+    BodyModes::solve(&geometry(reading), &STEEL, elements, &ELEVEN).unwrap()
 }
 
 fn paper_body() -> BodyModes {
-    body(LengthReading::ToSphere, DEFAULT_ELEMENT_SIZE)
+    body(LengthReading::ToSphere, &Elements::default())
+}
+
+/// The paper's body on a coarse mesh of each order.
+fn bodies() -> impl Iterator<Item = BodyModes> {
+    Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(40e-3, order)))
 }
 
 fn frequencies(body: &BodyModes) -> Vec<f64> {
@@ -87,11 +104,14 @@ fn frequencies_of_both_length_readings_agree_with_an_independent_program() {
         (LengthReading::ToSphere, to_sphere),
         (LengthReading::ToCentre, to_centre),
     ] {
-        for (size, tolerance) in [
-            (DEFAULT_ELEMENT_SIZE, 5e-4),
-            (0.5 * DEFAULT_ELEMENT_SIZE, 2e-4),
+        for (elements, tolerance) in [
+            (divided(1.0), 5e-4),
+            (divided(2.0), 2e-4),
+            (elements(4e-3, 2), 2e-4),
+            (elements(8e-3, 3), 2e-4),
+            (elements(32e-3, 8), 2e-4),
         ] {
-            let found = frequencies(&body(reading, size));
+            let found = frequencies(&body(reading, &elements));
             assert_eq!(found.len(), reference.len());
             for (value, reference) in found.into_iter().zip(reference) {
                 assert_close(value, reference, tolerance);
@@ -103,8 +123,8 @@ fn frequencies_of_both_length_readings_agree_with_an_independent_program() {
 #[test]
 fn the_default_mesh_is_converged_to_five_parts_in_a_million() {
     for reading in [LengthReading::ToSphere, LengthReading::ToCentre] {
-        let coarse = frequencies(&body(reading, DEFAULT_ELEMENT_SIZE));
-        let fine = frequencies(&body(reading, DEFAULT_ELEMENT_SIZE / 4.0));
+        let coarse = frequencies(&body(reading, &divided(1.0)));
+        let fine = frequencies(&body(reading, &divided(4.0)));
         for (value, reference) in coarse.into_iter().zip(fine) {
             assert!(value > reference, "Rayleigh: refinement lowers a frequency");
             assert_close(value, reference, 5e-6);
@@ -149,7 +169,7 @@ fn families_can_be_left_out() {
         axial: 0,
     };
     let geometry = geometry(LengthReading::ToSphere);
-    let body = BodyModes::solve(&geometry, &STEEL, DEFAULT_ELEMENT_SIZE, &families).unwrap();
+    let body = BodyModes::solve(&geometry, &STEEL, &Elements::default(), &families).unwrap();
     assert_eq!(body.modes().len(), families.count());
     let all = paper_body();
     assert_eq!(body.modes()[1], all.modes()[8]);
@@ -164,7 +184,7 @@ fn rod_torsion_is_exact_and_its_axial_and_bending_modes_are_three_dimensional() 
         poisson: 0.3,
         density: 7850.0,
     };
-    let rod = Section::rod(0.02, 0.2, DEFAULT_ELEMENT_SIZE).unwrap();
+    let rod = Section::rod(0.02, 0.2, &Elements::default()).unwrap();
     // Torsion: k c_s / 2 L, exact. The others: independent program.
     let families: [(Harmonic, &[f64], f64); 3] = [
         (Harmonic::Torsion, &[8019.147, 16038.294], 1e-7),
@@ -200,7 +220,7 @@ fn a_free_sphere_has_the_roots_of_lamb() {
     let [t1, t2] = [5.763459, 2.501133];
     let [s0, s1, s2] = [4.995514, 3.529987, 2.646217];
     let radius = 15e-3;
-    let section = Section::sphere(2.0 * radius, 6e-3).unwrap();
+    let section = Section::sphere(2.0 * radius, &elements(6e-3, 4)).unwrap();
     let families: [(Harmonic, &[f64]); 3] = [
         (Harmonic::Torsion, &[t1, t2]),
         (Harmonic::Axial, &[s0, s1, s2]),
@@ -221,30 +241,66 @@ fn a_free_sphere_has_the_roots_of_lamb() {
     }
 }
 
+// Convergence: relative errors of frequencies fall like `h^(2 p)` (Strang and Fix, An Analysis of
+// the Finite Element Method, 1973, ch. 6).
+
+/// Asserts that halving the elements divides an error by nearly `2^(2 p)`.
+#[track_caller]
+fn assert_rate(body: &str, order: usize, [coarse, fine]: [f64; 2], slack: f64) {
+    let rate = (coarse / fine).log2();
+    let expected = 2.0 * order as f64;
+    assert!(
+        fine > 1e-12 && (rate - expected).abs() < slack,
+        "{body}: elements of order {order} converge with order {rate:.2}, errors {coarse:e}, {fine:e}"
+    );
+}
+
 #[test]
-fn frequencies_of_smooth_modes_converge_with_order_eight() {
-    // Twice the degree of the elements (Strang and Fix, An Analysis of the Finite Element
-    // Method, 1973, ch. 6). Rod in torsion, fourth mode, on 8 and 16 elements.
+fn a_rod_in_torsion_converges_with_twice_the_order() {
     let length = 0.2;
     let shear_speed = (STEEL.young / (2.0 * 1.3 * STEEL.density)).sqrt();
-    let error = |elements: f64| {
-        let rod = Section::rod(0.02, length, length / elements).unwrap();
-        let modes = rod.modes(&STEEL, Harmonic::Torsion, 4).unwrap();
-        modes[3].frequency_hz / (2.0 * shear_speed / length) - 1.0
-    };
-    let order = (error(8.0) / error(16.0)).log2();
-    assert!((7.8..8.2).contains(&order), "rod: order {order:.2}");
+    // The third mode, one wave and a half long.
+    let exact = 1.5 * shear_speed / length;
+    for (order, count) in [(1, 16.0), (2, 8.0), (3, 8.0), (4, 4.0), (5, 4.0)] {
+        let errors = [count, 2.0 * count].map(|count| {
+            let rod = Section::rod(0.02, length, &elements(length / count, order)).unwrap();
+            let modes = rod.modes(&STEEL, Harmonic::Torsion, 3).unwrap();
+            modes[2].frequency_hz / exact - 1.0
+        });
+        assert_rate("rod in torsion", order, errors, 0.2);
+    }
+}
 
-    // The curved boundary must not spoil it. Sphere, lowest toroidal mode, where each division
-    // of the arc halves all patches.
+#[test]
+fn a_curved_boundary_does_not_spoil_the_rate() {
+    // Sphere, lowest toroidal mode, where each division of the arc halves all patches.
     let radius = 15e-3;
     let exact = toroidal_root_of_degree_two();
-    let error = |divisions: f64| {
-        let section = Section::sphere(2.0 * radius, radius * FRAC_PI_2 / divisions).unwrap();
-        sphere_roots(&section, radius, Harmonic::Bending, 1)[0] / exact - 1.0
+    for (order, divisions) in [(1, 8.0), (2, 8.0), (3, 4.0), (4, 2.0)] {
+        let errors = [divisions, 2.0 * divisions].map(|divisions| {
+            let elements = elements(radius * FRAC_PI_2 / divisions, order);
+            let section = Section::sphere(2.0 * radius, &elements).unwrap();
+            sphere_roots(&section, radius, Harmonic::Bending, 1)[0] / exact - 1.0
+        });
+        assert_rate("sphere", order, errors, 0.5);
+    }
+}
+
+#[test]
+fn a_beam_in_bending_converges_too_but_linear_elements_lock_first() {
+    let first = |size: f64, order: usize| {
+        let rod = Section::rod(0.02, 0.2, &elements(size, order)).unwrap();
+        rod.modes(&STEEL, Harmonic::Bending, 1).unwrap()[0].frequency_hz
     };
-    let order = (error(2.0) / error(4.0)).log2();
-    assert!((7.5..8.5).contains(&order), "sphere: order {order:.2}");
+    let exact = first(10e-3, 8);
+    for (order, size) in [(1, 2.5e-3), (2, 10e-3)] {
+        let errors = [size, 0.5 * size].map(|size| first(size, order) / exact - 1.0);
+        assert_rate("beam in bending", order, errors, 0.3);
+    }
+    let locked = first(20e-3, 1) / exact - 1.0;
+    let quadratic = first(20e-3, 2) / exact - 1.0;
+    assert!(locked > 0.2, "{locked}");
+    assert!((0.0..1e-3).contains(&quadratic), "{quadratic}");
 }
 
 /// Lamb's equation `x j_3(x) = j_2(x)`, solved by bisection.
@@ -281,7 +337,7 @@ fn volume_points(body: &BodyModes) -> Vec<VolumePoint> {
     let section = &body.mesh.section;
     let mut points = Vec::new();
     for element in section.elements() {
-        for point in quadrature() {
+        for point in quadrature(section.order()) {
             let sum = |weights: &[f64], axis: usize| -> f64 {
                 let nodes = element.iter().map(|&n| section.nodes()[n][axis]);
                 weights.iter().zip(nodes).map(|(w, x)| w * x).sum()
@@ -329,8 +385,13 @@ fn volume_points(body: &BodyModes) -> Vec<VolumePoint> {
 
 #[test]
 fn modes_are_orthonormal_over_the_whole_body_and_free_of_rigid_motion() {
-    let body = paper_body();
-    let points = volume_points(&body);
+    for body in bodies() {
+        assert_orthonormal(&body);
+    }
+}
+
+fn assert_orthonormal(body: &BodyModes) {
+    let points = volume_points(body);
     let count = body.modes().len();
     let inner = |a: usize, b: usize| -> f64 {
         points
@@ -358,22 +419,36 @@ fn modes_are_orthonormal_over_the_whole_body_and_free_of_rigid_motion() {
 
 #[test]
 fn surface_shapes_are_the_nodal_values_at_the_nodes() {
-    let body = paper_body();
-    for &node in &body.mesh.ball {
-        let [r, z] = body.mesh.section.nodes()[node];
-        let azimuth: f64 = 0.7;
-        let (sin, cos) = azimuth.sin_cos();
-        let found = shapes(&body, [r * cos, r * sin, z]);
-        let nodal: Vec<[f64; 3]> = body
-            .modes()
-            .iter()
-            .zip(&body.field_of)
-            .map(|(mode, &field)| {
-                let amplitudes = body.fields[field].amplitudes[node];
-                mode.kind.displacement(amplitudes, cos, sin)
-            })
-            .collect();
-        assert!(distance(&found, &nodal) < 1e-11);
+    for body in bodies() {
+        for &node in &body.mesh.ball {
+            let [r, z] = body.mesh.section.nodes()[node];
+            let azimuth: f64 = 0.7;
+            let (sin, cos) = azimuth.sin_cos();
+            let found = shapes(&body, [r * cos, r * sin, z]);
+            let nodal: Vec<[f64; 3]> = body
+                .modes()
+                .iter()
+                .zip(&body.field_of)
+                .map(|(mode, &field)| {
+                    let amplitudes = body.fields[field].amplitudes[node];
+                    mode.kind.displacement(amplitudes, cos, sin)
+                })
+                .collect();
+            assert!(distance(&found, &nodal) < 1e-11);
+        }
+    }
+}
+
+#[test]
+fn the_point_in_a_direction_lies_in_that_direction() {
+    // However far elements stray from the arc: the largest here spans more than a radian.
+    for body in Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(0.1, order))) {
+        let mesh = BallSurface::new(&body.mesh, &body.fields);
+        for k in 0..=500 {
+            let polar = mesh.limit() * f64::from(k) / 500.0;
+            let [r, z] = mesh.table.position(&mesh.locate(polar).unwrap());
+            assert!((r.atan2(z) - polar).abs() < 1e-14, "{polar}");
+        }
     }
 }
 
@@ -416,12 +491,21 @@ fn a_quarter_turn_maps_the_x_copy_to_the_y_copy() {
 
 #[test]
 fn surface_shapes_converge_and_keep_their_sign() {
-    let [coarse, fine] = [DEFAULT_ELEMENT_SIZE, DEFAULT_ELEMENT_SIZE / 4.0]
-        .map(|h| body(LengthReading::ToSphere, h));
-    for polar in [0.0, 0.11, 0.6, 1.4, 2.0] {
-        let [a, b] = [&coarse, &fine].map(|body| shapes(body, direction(polar, 0.4)));
-        let size = distance(&b, &vec![[0.0; 3]; b.len()]);
-        assert!(distance(&a, &b) < 1e-4 * size, "at {polar} rad");
+    let fine = body(LengthReading::ToSphere, &divided(4.0));
+    for (elements, tolerance) in [
+        (elements(1e-3, 1), 1e-2),
+        (elements(4e-3, 2), 1e-3),
+        (elements(8e-3, 3), 1e-4),
+        (divided(1.0), 1e-4),
+        (elements(40e-3, 8), 1e-4),
+    ] {
+        let coarse = body(LengthReading::ToSphere, &elements);
+        for polar in [0.0, 0.11, 0.6, 1.4, 2.0] {
+            let [a, b] = [&coarse, &fine].map(|body| shapes(body, direction(polar, 0.4)));
+            let size = distance(&b, &vec![[0.0; 3]; b.len()]);
+            let error = distance(&a, &b) / size;
+            assert!(error < tolerance, "{elements:?} at {polar} rad: {error:e}");
+        }
     }
 }
 
@@ -533,7 +617,7 @@ fn the_outline_carries_the_shapes_of_the_surface() {
 
 #[test]
 fn impossible_materials_are_refused_by_name() {
-    let rod = Section::rod(0.02, 0.2, 0.05).unwrap();
+    let rod = Section::rod(0.02, 0.2, &elements(0.05, 2)).unwrap();
     let bad = [
         (
             "Young's modulus",
@@ -565,17 +649,20 @@ fn impossible_materials_are_refused_by_name() {
 
 #[test]
 fn a_mesh_gives_all_its_modes_and_no_more() {
-    // One element: 5 x 5 nodes less the five on the axis, less the rotation.
-    let rod = Section::rod(0.02, 0.02, 0.02).unwrap();
-    let all = rod.modes(&STEEL, Harmonic::Torsion, 19).unwrap();
-    assert_eq!(all.len(), 19);
-    let error = rod.modes(&STEEL, Harmonic::Torsion, 20).unwrap_err();
-    assert_eq!(
-        error,
-        FemError::TooManyModes {
-            harmonic: Harmonic::Torsion,
-            wanted: 20,
-            available: 19,
-        }
-    );
+    // One element: all its nodes less those on the axis, less the rotation.
+    for (order, available) in [(1, 1), (2, 5), (4, 19)] {
+        let rod = Section::rod(0.02, 0.02, &elements(0.02, order)).unwrap();
+        let all = rod.modes(&STEEL, Harmonic::Torsion, available).unwrap();
+        assert_eq!(all.len(), available);
+        let wanted = available + 1;
+        let error = rod.modes(&STEEL, Harmonic::Torsion, wanted).unwrap_err();
+        assert_eq!(
+            error,
+            FemError::TooManyModes {
+                harmonic: Harmonic::Torsion,
+                wanted,
+                available,
+            }
+        );
+    }
 }

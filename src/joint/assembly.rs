@@ -67,7 +67,7 @@ impl BallJoint {
         let modes = BodyModes::solve(
             &body.geometry,
             &body.material,
-            body.element_size,
+            &body.elements,
             &body.families,
         )?;
         Self::on_body(modes, spec)

@@ -1,7 +1,7 @@
 //! The parameters of a joint, in SI units and radians. Validated by `scene`; plain data here.
 
 use super::Stribeck;
-use crate::fem::{Families, Geometry, Material};
+use crate::fem::{Elements, Families, Geometry, Material};
 
 /// Everything that Eq. (1) to (8) need, apart from the tilt, which may change with time.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,8 +31,8 @@ pub struct BodySpec {
     pub geometry: Geometry,
     /// Material of ball and beam.
     pub material: Material,
-    /// Edge length of the finite elements, m.
-    pub element_size: f64,
+    /// Size and order of the finite elements.
+    pub elements: Elements,
     /// Which modes take part.
     pub families: Families,
     /// Where the natural frequencies come from.

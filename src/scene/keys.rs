@@ -4,7 +4,7 @@
 //! cannot disagree.
 
 use crate::analysis::{Direction, Norm};
-use crate::fem::LengthReading;
+use crate::fem::{Elements, LengthReading};
 use crate::joint::{Frequencies, Quadrature, StiffnessLaw};
 
 use super::kind::{
@@ -210,9 +210,12 @@ keys! {
     /// Density of ball and beam.
     DENSITY: Number = "body.density_kg_m3", Default("7800"),
         number(KilogramPerCubicMetre, Range::Closed(10.0, 30_000.0));
-    /// Edge length of the finite elements.
+    /// Longest edge of the finite elements.
     ELEMENT_SIZE: Number = "body.element_size_mm", Default("16.0"),
         number(Millimetre, Range::Closed(0.1, 100.0));
+    /// Polynomial order of the finite elements: 1 linear (these lock in bending), 2 quadratic, 3 cubic and so on.
+    ELEMENT_ORDER: Count = "body.element_order", Default("4"),
+        Count { min: *Elements::ORDERS.start() as u32, max: *Elements::ORDERS.end() as u32 };
     /// Natural frequencies: the seven of Fig. 2 of the paper, or the finite-element model's own.
     FREQUENCIES: Choice<Frequencies> = "body.frequencies", Default("\"published\""),
         Choice { options: &[("published", Frequencies::Published), ("fe", Frequencies::FiniteElement)] };

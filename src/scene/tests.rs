@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use super::keys::{ALL, split};
 use super::*;
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
+use crate::fem::Elements;
 use crate::joint::{Frequencies, Friction, JointSpec, Stribeck};
 
 /// The smallest scene: the required keys only.
@@ -256,6 +257,15 @@ fn out_of_range_values_name_line_and_range() {
         refusal(SMALLEST.replace("= 2.0", "= 90.5")),
         "mine.toml:3: `load.tilt_deg` = 90.5 is out of range; it must be a number from -90 to 90 deg"
     );
+    for order in [0, 9] {
+        assert_eq!(
+            refusal_with(&format!("[body]\nelement_order = {order}\n")),
+            format!(
+                "mine.toml:7: `body.element_order` = {order} is out of range; \
+                 it must be a whole number from 1 to 8"
+            )
+        );
+    }
     assert_eq!(
         refusal_with("[contact]\nnodes = 0\n"),
         "mine.toml:7: `contact.nodes` = 0 is out of range; \
@@ -354,6 +364,11 @@ fn values_must_fit_together() {
         (
             "[body]\nbeam_length_mm = 5000\nelement_size_mm = 0.1\n",
             ":8: `body.element_size_mm`",
+        ),
+        // As many elements as that are allowed, but not of this order.
+        (
+            "[body]\nelement_size_mm = 2\nelement_order = 8\n",
+            ":8: `body.element_size_mm`: a body of this size would take about 599 elements",
         ),
         (
             "[body]\nbending_pairs = 0\ntorsion = 0\naxial = 0\n",
@@ -753,10 +768,15 @@ proptest! {
     }
 }
 
-/// The default of the key is the element size that `fem` recommends.
+/// The defaults of the keys are the elements that `fem` recommends, and stated ones are taken.
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
     let scene = Scene::load("tilt-ramp").expect("preset");
-    let size = joint_of(&scene).body.element_size;
-    assert!((size - crate::fem::DEFAULT_ELEMENT_SIZE).abs() < 1e-12);
+    let elements = joint_of(&scene).body.elements;
+    let recommended = Elements::default();
+    assert!((elements.size - recommended.size).abs() < 1e-12);
+    assert_eq!(elements.order, recommended.order);
+    let quadratic = format!("{SMALLEST}[body]\nelement_order = 2\n");
+    let stated = Scene::parse("m", quadratic).expect("valid");
+    assert_eq!(joint_of(&stated).body.elements.order, 2);
 }

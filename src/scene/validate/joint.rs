@@ -1,7 +1,7 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
 use super::tilt::tilt;
-use crate::fem::{ELEMENT_LIMIT, Families, Geometry, LengthReading, Material};
+use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket, Stribeck,
 };
@@ -51,8 +51,11 @@ fn body(document: &Document<'_>) -> Result<BodySpec, SceneError> {
         beam_length: document.get(&keys::BEAM_LENGTH)?,
         reading: document.get(&keys::BEAM_REACHES)?,
     };
-    let element_size = document.get(&keys::ELEMENT_SIZE)?;
-    dimensions(document, &geometry, element_size)?;
+    let elements = Elements {
+        size: document.get(&keys::ELEMENT_SIZE)?,
+        order: document.get(&keys::ELEMENT_ORDER)?,
+    };
+    dimensions(document, &geometry, &elements)?;
     let families = Families {
         bending_pairs: document.get(&keys::BENDING_PAIRS)?,
         torsion: document.get(&keys::TORSION)?,
@@ -67,7 +70,7 @@ fn body(document: &Document<'_>) -> Result<BodySpec, SceneError> {
             poisson: document.get(&keys::BODY_POISSON)?,
             density: document.get(&keys::DENSITY)?,
         },
-        element_size,
+        elements,
         families,
         frequencies,
     })
@@ -77,7 +80,7 @@ fn body(document: &Document<'_>) -> Result<BodySpec, SceneError> {
 fn dimensions(
     document: &Document<'_>,
     geometry: &Geometry,
-    element_size: f64,
+    elements: &Elements,
 ) -> Result<(), SceneError> {
     if geometry.beam_diameter >= geometry.ball_diameter {
         return Err(document.inconsistent(
@@ -104,13 +107,17 @@ fn dimensions(
     // Squares of the element size fill the meridian section.
     let section = geometry.beam_length * geometry.beam_diameter / 2.0
         + std::f64::consts::PI / 8.0 * geometry.ball_diameter.powi(2);
-    let elements = section / element_size.powi(2);
-    if elements > ELEMENT_LIMIT as f64 {
+    let count = section / elements.size.powi(2);
+    let limit = elements.limit();
+    if count > limit as f64 {
         return Err(document.inconsistent(
             keys::ELEMENT_SIZE.path,
-            &[keys::BEAM_LENGTH.path],
-            format!("a body of this size would take about {elements:.0} elements"),
-            format!("choose a size that gives at most {ELEMENT_LIMIT}"),
+            &[keys::ELEMENT_ORDER.path, keys::BEAM_LENGTH.path],
+            format!("a body of this size would take about {count:.0} elements"),
+            format!(
+                "choose a size that gives at most {limit} of order {}",
+                elements.order
+            ),
         ));
     }
     Ok(())

@@ -1,49 +1,102 @@
-//! The knob of the finite elements: their size, by the natural frequencies.
+//! The knob of the finite elements: order and size, by the natural frequencies.
 
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
-use crate::joint::{BallJoint, Frequencies};
+use crate::fem::{BodyMode, BodyModes, Elements};
 
-/// Sizes tried, m, and of the reference and the other one that tells its own error.
-const SIZES: [f64; 7] = [40e-3, 24e-3, 16e-3, 12e-3, 8e-3, 6e-3, 4e-3];
-const REFERENCES: [f64; 2] = [2e-3, 2.5e-3];
+/// Elements of one order.
+struct Family {
+    name: &'static str,
+    order: usize,
+    /// Sizes tried, m, down to where a mesh costs a few tenths of a second.
+    sizes: &'static [f64],
+}
 
-/// Sizes of the elements. Their order is two, always.
+const FAMILIES: [Family; 4] = [
+    Family {
+        name: "linear elements",
+        order: 1,
+        sizes: &[16e-3, 12e-3, 8e-3, 6e-3, 4e-3, 3e-3, 2e-3, 1e-3],
+    },
+    Family {
+        name: "quadratic elements",
+        order: 2,
+        sizes: &[40e-3, 24e-3, 16e-3, 12e-3, 8e-3, 6e-3, 4e-3, 2e-3],
+    },
+    Family {
+        name: "cubic elements",
+        order: 3,
+        sizes: &[40e-3, 24e-3, 16e-3, 12e-3, 8e-3, 6e-3, 4e-3],
+    },
+    Family {
+        name: "quartic elements",
+        order: 4,
+        sizes: &[40e-3, 24e-3, 16e-3, 12e-3, 8e-3, 6e-3, 4e-3],
+    },
+];
+
+/// The reference, and the other one that tells its error. At this order the corner between beam and
+/// ball decides, where the error falls about like the size: by halving it, the difference between
+/// the two is about the error of the finer.
+const REFERENCES: [Elements; 2] = [
+    Elements {
+        size: 8e-3,
+        order: *Elements::ORDERS.end(),
+    },
+    Elements {
+        size: 16e-3,
+        order: *Elements::ORDERS.end(),
+    },
+];
+
+/// Orders and sizes of the elements. The frequencies are the model's own, whatever the scene imposes.
 pub(super) fn element_sets(
     ground: &mut Ground<'_>,
     goes_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
-    let mut spec = ground.plan.scene.joint()?.spec.clone();
-    spec.body.frequencies = Frequencies::FiniteElement;
-    let mut frequencies = |size: f64| {
-        spec.body.element_size = size;
-        Ok::<_, CostError>(BallJoint::new(&spec)?.frequencies_hz().to_vec())
+    let body = &ground.plan.scene.joint()?.spec.body;
+    let modes = |elements: &Elements| {
+        let modes = BodyModes::solve(&body.geometry, &body.material, elements, &body.families)?;
+        Ok::<_, CostError>(modes.modes().to_vec())
     };
-    let off = |found: &[f64], best: &[f64]| {
-        let pairs = found.iter().zip(best);
-        pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
-    };
-    let best = frequencies(REFERENCES[0])?;
-    let floor = off(&frequencies(REFERENCES[1])?, &best);
-    let mut points = Vec::new();
-    for (k, size) in SIZES.into_iter().enumerate() {
-        if !goes_on(k as f64 / SIZES.len() as f64) {
-            return Ok(None);
+    let best = modes(&REFERENCES[0])?;
+    let floor = largest_error(&modes(&REFERENCES[1])?, &best);
+    let all: usize = FAMILIES.iter().map(|family| family.sizes.len()).sum();
+    let mut done = 0;
+    let mut sets = Vec::new();
+    for &Family { name, order, sizes } in &FAMILIES {
+        let mut points = Vec::new();
+        for &size in sizes {
+            if !goes_on(done as f64 / all as f64) {
+                return Ok(None);
+            }
+            done += 1;
+            let (found, seconds) = timed(ground.plan.repeats, || modes(&Elements { size, order }));
+            points.push(CostPoint {
+                value: 1e3 * size,
+                seconds,
+                calls: 0,
+                error: found
+                    .map(|found| largest_error(&found, &best))
+                    .map_err(|error| error.to_string()),
+            });
         }
-        let (found, seconds) = timed(ground.plan.repeats, || frequencies(size));
-        points.push(CostPoint {
-            value: 1e3 * size,
-            seconds,
-            calls: 0,
-            error: found
-                .map(|found| off(&found, &best))
-                .map_err(|error| error.to_string()),
+        sets.push(CostSet {
+            knob: Knob::Elements,
+            family: name.to_owned(),
+            turned: "size, mm",
+            floor: Some(floor),
+            points,
         });
     }
-    Ok(Some(vec![CostSet {
-        knob: Knob::Elements,
-        family: "quadratic elements".to_owned(),
-        turned: "size, mm",
-        floor: Some(floor),
-        points,
-    }]))
+    Ok(Some(sets))
+}
+
+/// The largest relative error of a frequency, mode by mode: coarse elements change their order.
+fn largest_error(found: &[BodyMode], best: &[BodyMode]) -> f64 {
+    let errors = best.iter().filter_map(|best| {
+        let same = |mode: &&BodyMode| (mode.kind, mode.order) == (best.kind, best.order);
+        let found = found.iter().find(same)?;
+        Some((found.frequency_hz / best.frequency_hz - 1.0).abs())
+    });
+    errors.fold(0.0, f64::max)
 }

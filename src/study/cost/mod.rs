@@ -43,7 +43,7 @@ pub enum Knob {
     Nodes,
     /// Number of modes.
     Modes,
-    /// Size of the finite elements.
+    /// Order and size of the finite elements.
     Elements,
     /// Length of averaging, for Lyapunov exponents.
     Exponents,

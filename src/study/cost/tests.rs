@@ -44,7 +44,7 @@ fn tighter_tolerances_cost_calls_and_bring_accuracy() {
 }
 
 #[test]
-fn more_nodes_and_smaller_elements_come_nearer() {
+fn more_nodes_come_nearer() {
     let study = turned("torus-3deg", Knob::Nodes);
     for family in ["rings", "gauss"] {
         let found = errors(&study, family);
@@ -53,10 +53,22 @@ fn more_nodes_and_smaller_elements_come_nearer() {
         assert!(found[7] < 0.1 * found[0], "{family}: {found:?}");
         assert!(found[7] < 20.0 * set.floor.unwrap(), "{family}: {found:?}");
     }
-    let elements = turned("torus-3deg", Knob::Elements);
-    let found = errors(&elements, "quadratic elements");
-    assert!(found.is_sorted_by(|a, b| a >= b), "{found:?}");
-    assert!(found[6] < 1e-3, "{found:?}");
+}
+
+#[test]
+fn smaller_elements_and_higher_orders_come_nearer() {
+    let study = turned("torus-3deg", Knob::Elements);
+    let finest = ["linear", "quadratic", "cubic", "quartic"].map(|order| {
+        let found = errors(&study, &format!("{order} elements"));
+        assert!(found.is_sorted_by(|a, b| a >= b), "{order}: {found:?}");
+        found[found.len() - 1]
+    });
+    assert!(finest.is_sorted_by(|a, b| *a > 3.0 * b), "{finest:?}");
+    assert!(finest[0] < 1e-2 && finest[3] < 1e-6, "{finest:?}");
+    // Nothing is told below the reference's own error.
+    for set in &study.sets {
+        assert!(set.floor.unwrap() < finest[3], "{}", set.family);
+    }
 }
 
 #[test]
