@@ -113,11 +113,6 @@ impl RerunSink {
         self.lost.get()
     }
 
-    /// How long samples may wait.
-    fn patience(&self) -> Duration {
-        file_stream::lag(self.viewer.is_some())
-    }
-
     fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
         blueprint::send(&self.rec, header, self.spec)?;
         self.encoder = Some(Encoder::new(&self.rec, Arc::clone(header), self.spec)?);
@@ -128,9 +123,10 @@ impl RerunSink {
         if let Record::Header(header) = record {
             return self.start(header);
         }
+        let patience = file_stream::lag(self.viewer.is_some());
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
         encoder.accept(&self.rec, record)?;
-        if self.sent.elapsed() >= self.patience() {
+        if self.sent.elapsed() >= patience {
             encoder.send_waiting(&self.rec)?;
             self.sent = Instant::now();
         }
