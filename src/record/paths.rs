@@ -269,7 +269,17 @@ pub const DIAGRAM_KEY: &str = "diagram/key";
 /// Everything about a point of a sweep, in words.
 pub const POINT_WORDS: &str = "words";
 
-/// Where a part of the recording stands: empty for a run, a folder a start for a sweep.
+/// All that a recording of what accuracy costs holds, knob by knob.
+pub const COST: &str = "cost";
+/// What a knob is, the cheapest settings, all its points, in words.
+pub const KNOB_WORDS: &str = "words";
+/// Error over CPU time.
+pub const COST_TIME: &str = "cpu_time";
+/// Error over calls of the right-hand side.
+pub const COST_CALLS: &str = "calls";
+
+/// Where a part of the recording stands: empty for a run, a folder a start for a sweep, a folder a knob
+/// for what accuracy costs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Root(String);
 
@@ -282,6 +292,11 @@ impl Root {
     /// That of the points of a sweep that were started in one way.
     pub fn of_start(start: &str) -> Self {
         Self(format!("{SWEEP}/{start}/"))
+    }
+
+    /// That of the settings of one knob.
+    pub fn of_knob(knob: &str) -> Self {
+        Self(format!("{COST}/{knob}/"))
     }
 
     /// The whole path of one of the paths of this file.
@@ -303,6 +318,52 @@ pub fn note(picture: &str) -> String {
 /// One tile of the spectrogram, from 0.
 pub fn spectrogram_tile(index: usize) -> String {
     format!("{SPECTROGRAM}/tile_{index:02}")
+}
+
+/// Axes of one of the two pictures of a knob.
+pub fn cost_axes(picture: &str) -> String {
+    format!("{picture}/axes")
+}
+
+/// What the colours of one of the two pictures of a knob mean.
+pub fn cost_key(picture: &str) -> String {
+    format!("{picture}/key")
+}
+
+/// The reference's own error.
+pub fn cost_floor(picture: &str) -> String {
+    format!("{picture}/floor")
+}
+
+/// The cheapest settings in one of the two pictures of a knob.
+pub fn cost_advised(picture: &str) -> String {
+    format!("{picture}/advised")
+}
+
+/// A family of settings: the line through its points.
+pub fn cost_curve(picture: &str, family: &str) -> String {
+    format!("{picture}/families/{}/curve", name_of(family))
+}
+
+/// See [`cost_curve`]: the settings.
+pub fn cost_points(picture: &str, family: &str) -> String {
+    format!("{picture}/families/{}/points", name_of(family))
+}
+
+/// See [`cost_curve`]: the settings that failed.
+pub fn cost_failed(picture: &str, family: &str) -> String {
+    format!("{picture}/families/{}/failed", name_of(family))
+}
+
+/// See [`cost_curve`]: whose failures they are.
+pub fn cost_failed_words(picture: &str, family: &str) -> String {
+    format!("{picture}/families/{}/failed/words", name_of(family))
+}
+
+/// Words as a part of a path, which needs no escapes then.
+fn name_of(words: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+    words.replace(|c| !plain(c), "_")
 }
 
 /// Curves and names of a plot's axes live in two entities below the plot's axes.

@@ -5,6 +5,7 @@
 //! property is an archetype logged at `view/<id>/<archetype>`. So the blueprint is written to
 //! memory, the properties are added to the same store, and all of it is sent on together.
 
+mod cost;
 mod flow;
 mod joint;
 mod laboratory;
@@ -43,6 +44,7 @@ use crate::{
     scene::RecordSpec,
 };
 
+pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
 
 /// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
