@@ -274,7 +274,7 @@ pub const COST: &str = "cost";
 /// What a knob is, the cheapest settings, all its points, in words.
 pub const KNOB_WORDS: &str = "words";
 /// Error over CPU time.
-pub const COST_TIME: &str = "cpu_time";
+pub const COST_TIME: &str = "time";
 /// Error over calls of the right-hand side.
 pub const COST_CALLS: &str = "calls";
 
@@ -342,22 +342,27 @@ pub fn cost_advised(picture: &str) -> String {
 
 /// A family of settings: the line through its points.
 pub fn cost_curve(picture: &str, family: &str) -> String {
-    format!("{picture}/families/{}/curve", name_of(family))
+    format!("{picture}/curves/{}", name_of(family))
 }
 
 /// See [`cost_curve`]: the settings.
 pub fn cost_points(picture: &str, family: &str) -> String {
-    format!("{picture}/families/{}/points", name_of(family))
+    format!("{picture}/points/{}", name_of(family))
 }
 
 /// See [`cost_curve`]: the settings that failed.
 pub fn cost_failed(picture: &str, family: &str) -> String {
-    format!("{picture}/families/{}/failed", name_of(family))
+    format!("{picture}/failed/{}", name_of(family))
 }
 
 /// See [`cost_curve`]: whose failures they are.
 pub fn cost_failed_words(picture: &str, family: &str) -> String {
-    format!("{picture}/families/{}/failed/words", name_of(family))
+    format!("{picture}/failed/{}/words", name_of(family))
+}
+
+/// The numbers of a family of settings.
+pub fn cost_numbers(family: &str) -> String {
+    format!("numbers/{}", name_of(family))
 }
 
 /// Words as a part of a path, which needs no escapes then.

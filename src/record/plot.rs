@@ -84,16 +84,16 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis that holds two different positive values closely: from and to 1, 2 or 5 times a power of
-    /// ten, with ticks at these, or at the powers alone where there are many.
+    /// A logarithmic axis that holds two different positive values closely: from and to 1, 2 or 5 times
+    /// a power of ten, with ticks at these, or at the powers alone where there are many.
     pub fn closely(name: impl Into<String>, [low, high]: [f64; 2]) -> Self {
         let powers = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
         let round = powers.flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
-        let below = round.clone().filter(|value| *value <= low * (1.0 + 1e-9));
+        let below = round.clone().rfind(|value| *value <= low * (1.0 + 1e-9));
         let above = round.clone().find(|value| *value >= high * (1.0 - 1e-9));
         let mut axis = Self {
             name: name.into(),
-            low: below.last().unwrap_or(low),
+            low: below.unwrap_or(low),
             high: above.unwrap_or(high),
             scaling: Scaling::Logarithmic,
             ticks: Vec::new(),

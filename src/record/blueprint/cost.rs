@@ -45,7 +45,11 @@ impl Layout {
             let bounds = picture.plot.bounds();
             let path = root.at(picture.work.path());
             let share = 0.74 / scope.pictures.len() as f32;
-            row = row.add(share, self.picture(picture.work.title(), &path, bounds));
+            let view = self.picture(picture.work.title(), &path, bounds);
+            let (points, crosses) = cost::default_looks();
+            self.set_default(&view, &points);
+            self.set_default(&view, &crosses);
+            row = row.add(share, view);
         }
         tab(&capital(knob.name), row.row())
     }

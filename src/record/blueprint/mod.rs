@@ -141,6 +141,16 @@ impl Layout {
         }
     }
 
+    /// Gives a view what its entities have where they do not say it themselves.
+    fn set_default(&mut self, view: &ContainerLike, looks: &impl rerun::AsComponents) {
+        if let ContainerLike::View(view) = view {
+            let path = view
+                .blueprint_path()
+                .join(&EntityPath::from_single_string("defaults"));
+            self.properties.push((path, looks.as_serialized_batches()));
+        }
+    }
+
     /// What the run is, how to read it, and what it had to say besides.
     fn about_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         let about = self.text("About this recording", paths::ABOUT);

@@ -23,6 +23,38 @@ const GAP: f32 = 6.0;
 /// Width of a letter in the field, pixels.
 const LETTER: f32 = 8.0;
 
+/// The numbers of a knob's settings, a family an entity, for those who read the recording rather than look
+/// at it.
+pub fn log_numbers(rec: &RecordingStream, root: &Root, knob: &KnobView) -> Result<(), RecordError> {
+    for family in &knob.families {
+        let settings = &family.settings;
+        let column =
+            |of: fn(&SettingView) -> f64| settings.iter().map(move |s| Scalar::from(of(s)));
+        let error = |s: &SettingView| *s.error.as_ref().unwrap_or(&f64::NAN);
+        let numbers = DynamicArchetype::new("squeakscope.Settings")
+            .with_component::<Scalar>("setting", column(|s| s.value))
+            .with_component::<Scalar>("cpu_ms", column(|s| 1e3 * s.seconds))
+            .with_component::<Scalar>("calls", column(|s| s.calls as f64))
+            .with_component::<Scalar>("error", column(error));
+        rec.log_static(root.at(&paths::cost_numbers(&family.name)), &numbers)?;
+    }
+    Ok(())
+}
+
+/// Looks that the viewer gives to points and crosses of settings: they must not say it themselves, since
+/// the tooltip names the components of what is pointed at only where they are no more than three, and
+/// their words are one of them.
+pub fn default_looks() -> (Points2D, LineStrips2D) {
+    (
+        Points2D::update_fields()
+            .with_radii([Radius::new_ui_points(4.2)])
+            .with_show_labels(false),
+        LineStrips2D::update_fields()
+            .with_radii([Radius::new_ui_points(1.2)])
+            .with_show_labels(false),
+    )
+}
+
 /// Draws a picture of a knob for all times.
 pub fn draw_picture(
     rec: &RecordingStream,
@@ -118,7 +150,8 @@ fn advised(
     Ok(rec.log_static(path, &rims)?)
 }
 
-/// The settings of a family in their order. One that another covers is larger, so that it is still seen.
+/// The settings of a family in their order. A line that another may cover is wider, so that it is still
+/// seen.
 fn curve(
     rec: &RecordingStream,
     root: &Root,
@@ -130,30 +163,17 @@ fn curve(
     let drawn = drawn.filter_map(|setting| Some((place(picture, setting)?, setting)));
     let (places, settings): (Vec<[f32; 2]>, Vec<&SettingView>) = drawn.unzip();
     let (color, path) = (color(number), picture.work.path());
-    let larger = 0.35 * (6 - number.min(6)) as f32;
-    let order = 2.0 + number as f32;
+    let wider = 0.1 * (6 - number.min(6)) as f32;
     let line = LineStrips2D::new(Some(&places).filter(|places| places.len() > 1))
         .with_colors([color])
-        .with_radii([Radius::new_ui_points(0.9 + 0.3 * larger)])
-        .with_draw_order(order);
+        .with_radii([Radius::new_ui_points(0.9 + wider)])
+        .with_draw_order(2.0 + number as f32);
     rec.log_static(root.at(&paths::cost_curve(path, &family.name)), &line)?;
+    // Three components and no more, so that the pointer shows the words: the rest is the view's default.
     let points = Points2D::new(places)
         .with_colors([color])
-        .with_radii([Radius::new_ui_points(3.4 + larger)])
-        .with_labels(settings.iter().map(|setting| words::point(family, setting)))
-        // They are for the pointer: all at once would cover the curves.
-        .with_show_labels(false)
-        .with_draw_order(order + 0.5);
-    let path = root.at(&paths::cost_points(path, &family.name));
-    rec.log_static(path.as_str(), &points)?;
-    // The numbers, for those who read the recording rather than look at it.
-    let column = |of: fn(&SettingView) -> f64| settings.iter().map(move |s| Scalar::from(of(s)));
-    let numbers = DynamicArchetype::new("squeakscope.Setting")
-        .with_component::<Scalar>("setting", column(|s| s.value))
-        .with_component::<Scalar>("cpu_ms", column(|s| 1e3 * s.seconds))
-        .with_component::<Scalar>("calls", column(|s| s.calls as f64))
-        .with_component::<Scalar>("error", column(|s| *s.error.as_ref().unwrap_or(&f64::NAN)));
-    Ok(rec.log_static(path, &numbers)?)
+        .with_labels(settings.iter().map(|setting| words::point(family, setting)));
+    Ok(rec.log_static(root.at(&paths::cost_points(path, &family.name)), &points)?)
 }
 
 /// Crosses in a row of their own above all errors, and whose they are.
@@ -185,9 +205,7 @@ fn failures(
     };
     let crosses = LineStrips2D::new(places.iter().map(|x| cross(*x)))
         .with_colors([color])
-        .with_radii([Radius::new_ui_points(1.2)])
-        .with_labels(settings.iter().map(|setting| words::point(family, setting)))
-        .with_show_labels(false);
+        .with_labels(settings.iter().map(|setting| words::point(family, setting)));
     let path = picture.work.path();
     let crosses_path = root.at(&paths::cost_failed(path, &family.name));
     rec.log_static(crosses_path, &crosses)?;

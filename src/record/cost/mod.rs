@@ -24,7 +24,8 @@ use super::{
     paths::{self, Root},
     text::{self, Origin},
 };
-use draw::draw_picture;
+pub(super) use draw::default_looks;
+use draw::{draw_picture, log_numbers};
 pub(super) use scope::Scope;
 pub use view::{AdviceView, CostView, FamilyView, KnobView, SettingView};
 
@@ -67,6 +68,7 @@ fn draw(rec: &RecordingStream, cost: &CostView) -> Result<(), RecordError> {
         let root = Root::of_knob(knob.name);
         let words = TextDocument::from_markdown(words::knob(cost, knob));
         rec.log_static(root.at(paths::KNOB_WORDS), &words)?;
+        log_numbers(rec, &root, knob)?;
         for picture in &scope.pictures {
             draw_picture(rec, &root, knob, picture)?;
         }

@@ -89,13 +89,22 @@ fn a_recording_holds_every_knob() {
         let failed = integrator.at(&paths::cost_failed(picture, "lawson54"));
         assert!(!entities.contains_key(&failed), "only what failed");
     }
-    let points = &entities[&integrator.at(&paths::cost_points(paths::COST_TIME, "rk4"))];
-    for name in ["labels", "setting", "cpu_ms", "calls", "error"] {
-        let found = points
-            .components
-            .iter()
-            .any(|component| component.contains(name));
-        assert!(found, "{name}: {:?}", points.components);
+    // The tooltip names no more than three components: the words must be among them.
+    for (path, shape) in [
+        (paths::cost_points(paths::COST_TIME, "rk4"), "positions"),
+        (paths::cost_failed(paths::COST_TIME, "rk4"), "strips"),
+    ] {
+        let components = &entities[&integrator.at(&path)].components;
+        assert_eq!(components.len(), 3, "{components:?}");
+        for name in [shape, "colors", "labels"] {
+            let found = components.iter().any(|component| component.contains(name));
+            assert!(found, "{name}: {components:?}");
+        }
+    }
+    let numbers = &entities[&integrator.at(&paths::cost_numbers("rk4"))];
+    for name in ["setting", "cpu_ms", "calls", "error"] {
+        let found = numbers.components.iter().any(|c| c.ends_with(name));
+        assert!(found, "{name}: {:?}", numbers.components);
     }
     let elements = Root::of_knob("elements");
     let family = "quadratic elements";
@@ -146,11 +155,11 @@ fn settings_and_advice_are_told() {
     };
     assert_eq!(
         of(0, 1),
-        "lawson54, tolerance 1e-4: 4 ms of CPU, 4000 calls, error 2.0e-5"
+        "tolerance 1e-4: error 2.0e-5, 4 ms of CPU, 4000 calls"
     );
     assert_eq!(
         of(1, 1),
-        "rk4, step 6.4e-6 s: 5.19 ms of CPU, 2500 calls; failed: it blew up"
+        "step 6.4e-6 s: failed, 5.19 ms of CPU, 2500 calls; it blew up"
     );
     let told = words::knob(&cost, integrator);
     for part in [

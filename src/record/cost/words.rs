@@ -79,29 +79,26 @@ fn milliseconds(setting: &SettingView) -> String {
     short(1e3 * setting.seconds)
 }
 
-/// A setting, what it costs and its error, in one line.
+/// A setting, its error and what it costs, in one line: what is asked for first comes first, since a
+/// narrow tooltip cuts the end off. The family stands above it there.
 pub fn point(family: &FamilyView, point: &SettingView) -> String {
-    let mut text = format!(
-        "{}, {}: {} ms of CPU",
-        family.name,
-        setting(family.turned, point.value),
-        milliseconds(point)
-    );
+    let mut text = setting(family.turned, point.value);
+    if let Ok(error) = point.error {
+        let _ = write!(text, ": error {}", digits(error));
+    } else {
+        text.push_str(": failed");
+    }
+    let _ = write!(text, ", {} ms of CPU", milliseconds(point));
     if point.calls > 0 {
         let _ = write!(text, ", {} calls", point.calls);
     }
-    match &point.error {
-        Ok(error) => {
-            let _ = write!(text, ", error {}", digits(*error));
-        }
-        Err(why) => {
-            let _ = write!(text, "; failed: {why}");
-        }
+    if let Err(why) = &point.error {
+        let _ = write!(text, "; {why}");
     }
     text
 }
 
-/// What the broken line is.
+/// What the dashed line is.
 pub fn floor(common: Option<f64>) -> String {
     match common {
         Some(floor) => format!("the reference's own error, {floor:.1e}"),
