@@ -39,6 +39,7 @@ mod encode;
 mod error;
 mod exponents;
 mod file_stream;
+mod health;
 mod outlet;
 mod part_file;
 mod patch;

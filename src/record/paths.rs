@@ -238,9 +238,15 @@ pub const REGIME_CONFIDENCE: &str = "regime/confidence";
 /// Kind and evidence, in words.
 pub const REGIME_VERDICT: &str = "regime/verdict";
 
+/// How accurate the steps are and what they cost now, in words.
+pub const HEALTH_WORDS: &str = "health/words";
+/// The largest local error of a step, over the error allowed.
+pub const HEALTH_ERROR: &str = "health/local_error";
+/// Calls of the right-hand side, per simulated ms.
+pub const HEALTH_CALLS: &str = "health/calls";
 /// Simulated seconds a second.
 pub const HEALTH_SPEED: &str = "health/real_time_factor";
-/// Steps, rejections, calls and contact transitions, per simulated ms.
+/// Steps, rejections and contact transitions, per simulated ms.
 pub const HEALTH_WORK: &str = "health/work";
 /// Frames and records waiting, pictures replaced.
 pub const HEALTH_QUEUES: &str = "health/queues";
