@@ -411,7 +411,7 @@ pub struct CostArgs {
     /// The longest time over which trajectories are compared; chaos shortens it.
     #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = compared)]
     pub horizon: f64,
-    /// The directory for figures and table.
+    /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
     #[arg(long, value_name = "DIR", default_value = "cost")]
     pub out: PathBuf,
     /// Write the sets as a chapter of a page (Markdown), such as those of the guide.

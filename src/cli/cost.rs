@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anstyle::Style;
@@ -14,6 +15,7 @@ use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
+use super::run::command_line;
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
@@ -27,7 +29,13 @@ pub(super) struct Tools {
     pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
     /// Draws the figures.
     pub draw: fn(&CostStudy) -> Result<Vec<Drawn>, Cause>,
+    /// Records the study of a plan, started by a command, into a file.
+    pub record: fn(&CostPlan, &CostStudy, &str, &Path) -> Result<(), Cause>,
 }
+
+/// The table and the recording in the directory asked for.
+const TABLE: &str = "cost.csv";
+const RECORDING: &str = "cost.rrd";
 
 /// Runs the command.
 ///
@@ -54,6 +62,12 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     plan.repeats = args.repeats.into();
     plan.horizon = 1e-3 * args.horizon;
     check_directory(&args.out, "--out")?;
+    let inside = |name: &str| OutputFile::check(&args.out.join(name), "--out");
+    if args.out.is_dir() {
+        for name in [TABLE, RECORDING] {
+            inside(name)?;
+        }
+    }
     let own = args.scene.as_deref().map(OsStr::new);
     let [page, write, json] = check_all(
         own,
@@ -75,9 +89,13 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     };
     let advised = advice(&study.sets);
     let mut files = write_figures(&args.out, &(tools.draw)(&study).map_err(failed("drawing"))?)?;
-    let csv = OutputFile::check(&args.out.join("cost.csv"), "--out")?;
+    let csv = inside(TABLE)?;
     csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
     files.push(FileReport::of(&csv)?);
+    let recording = inside(RECORDING)?;
+    (tools.record)(&plan, &study, &command_line(), recording.path())
+        .map_err(failed("recording"))?;
+    files.push(FileReport::of(&recording)?);
     if let Some(file) = write {
         let text = scene.with_advice(&settings(&advised))?.text;
         file.write(|out| out.write_all(text.as_bytes()))?;
@@ -403,6 +421,10 @@ mod tests {
                 png: Vec::new(),
             }])
         },
+        record: |plan, study, _, path| {
+            let words = format!("{} {}", plan.scene.name, study.sets.len());
+            Ok(std::fs::write(path, words)?)
+        },
     };
 
     fn args(folder: &std::path::Path) -> CostArgs {
@@ -443,6 +465,13 @@ mod tests {
         let csv = read("cost/cost.csv");
         assert_eq!(csv.lines().count(), 4, "{csv}");
         assert!(csv.contains("\"it 'blew' up\""), "{csv}");
+        assert_eq!(read("cost/cost.rrd"), "torus-3deg 2");
+        let written = json["files"].as_array().unwrap();
+        assert!(
+            written
+                .iter()
+                .any(|file| file["path"].as_str().unwrap().ends_with("cost.rrd"))
+        );
         let page = read("page.md");
         assert!(
             page.contains("| 1e-2 | `lawson54` at 1.0e-4 | 1.00 | 1000 | 2.0e-3 |"),
@@ -471,6 +500,14 @@ mod tests {
             ..args(folder.path())
         };
         assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        // A recording that cannot be written is known before any work.
+        let taken = folder.path().join("taken");
+        std::fs::create_dir_all(taken.join(RECORDING)).unwrap();
+        let taken = CostArgs {
+            out: taken,
+            ..args(folder.path())
+        };
+        assert_eq!(execute(&taken, &go, &TOOLS).unwrap_err().exit_code(), 2);
         let stop = AtomicBool::new(true);
         let stopped = execute(&args(folder.path()), &stop, &TOOLS).unwrap_err();
         assert_eq!(stopped.exit_code(), 130);

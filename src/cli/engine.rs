@@ -7,6 +7,7 @@ use std::path::Path;
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
 use super::cost;
+use super::cost_view::cost_view;
 use super::error::{Cause, CliError};
 use super::growth;
 use super::lyapunov;
@@ -31,6 +32,7 @@ use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, Playback, Sink, SinkError, Tee, drive, initial_state, source};
+use crate::record::cost::save_cost;
 use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
@@ -175,6 +177,7 @@ fn draw_basins(
 pub(super) const COST: cost::Tools = cost::Tools {
     cost: |plan, watch| Ok(study::cost::cost(plan, watch)?),
     draw: |study| cost_figures(study)?.into_iter().map(drawn).collect(),
+    record: |plan, study, command, path| Ok(save_cost(path, &cost_view(plan, study, command))?),
 };
 
 /// What `squeakscope growth` needs.

@@ -150,6 +150,7 @@ impl Integrator {
             engine,
             pace: Pace {
                 tally: Tally::default(),
+                largest_ratio: None,
                 ..self.pace.clone()
             },
             events: self.events.clone(),
