@@ -41,7 +41,7 @@ pub fn save_cost(path: &Path, cost: &CostView) -> Result<(), RecordError> {
     let file = PartFile::create(path)?;
     let sink = Box::new(file_stream::sink(&file)?);
     // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink)?);
+    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink, false)?);
     draw(&rec, cost)?;
     rec.flush_with_timeout(FLUSH_PATIENCE)
         .map_err(|error| file.write_error(error.to_string()))?;
