@@ -408,9 +408,9 @@ pub struct CostArgs {
     /// Runs of each setting, of which the median counts.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
-    /// The longest time over which trajectories are compared; chaos shortens it.
-    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = compared)]
-    pub horizon: f64,
+    /// The longest time over which trajectories are compared; chaos shortens it [default: 4, without a joint 50].
+    #[arg(long, value_name = "MS", value_parser = compared)]
+    pub horizon: Option<f64>,
     /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
     #[arg(long, value_name = "DIR", default_value = "cost")]
     pub out: PathBuf,

@@ -60,7 +60,9 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             .retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
     }
     plan.repeats = args.repeats.into();
-    plan.horizon = 1e-3 * args.horizon;
+    if let Some(horizon) = args.horizon {
+        plan.horizon = 1e-3 * horizon;
+    }
     check_directory(&args.out, "--out")?;
     let inside = |name: &str| OutputFile::check(&args.out.join(name), "--out");
     if args.out.is_dir() {
@@ -432,7 +434,7 @@ mod tests {
             scene: Some("torus-3deg".to_owned()),
             only: Vec::new(),
             repeats: 1,
-            horizon: 2.0,
+            horizon: Some(2.0),
             out: folder.join("cost"),
             page: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),

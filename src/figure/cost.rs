@@ -60,8 +60,12 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
             y: floor.max(LEAST),
         });
         marks.push(Mark::Words {
-            at: [10f64.powi(x[0]), 4.0 * floor.max(LEAST)],
-            words: "  the reference's own error".to_owned(),
+            // Clear of the axis.
+            at: [
+                10f64.powf(f64::from(x[0]) + 0.01 * f64::from(x[1] - x[0])),
+                4.0 * floor.max(LEAST),
+            ],
+            words: "the reference's own error".to_owned(),
         });
     }
     for (set, color) in sets.iter().zip(FAMILIES.into_iter().cycle()) {

@@ -11,8 +11,8 @@ use crate::study::response::{From, ResponsePlan, response};
 /// Tells the share of the work that is done, and whether to go on.
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 
-/// Time between the instants compared, s.
-const SPACING: f64 = 20e-6;
+/// Instants compared, evenly over the horizon.
+const INSTANTS: u32 = 200;
 
 /// Error allowed in a step of the reference, and of the other one that tells the reference's own error.
 const REFERENCE: f64 = 1e-12;
@@ -118,8 +118,9 @@ fn follow(
     z[..width].copy_from_slice(state);
     integrator.start(&*system, 0.0, &z)?;
     let mut rows = Vec::new();
-    for k in 1..=(time / SPACING).round().max(1.0) as u32 {
-        integrator.sample(&*system, SPACING * f64::from(k), &mut z)?;
+    for k in 1..=INSTANTS {
+        let instant = time * f64::from(k) / f64::from(INSTANTS);
+        integrator.sample(&*system, instant, &mut z)?;
         rows.push(z[..width].to_vec());
         let calls = integrator.tally().calls;
         if calls > MOST_CALLS {
