@@ -32,16 +32,18 @@ pub struct Advice {
 pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
     let of_integrator = || sets.iter().filter(|set| set.knob == Knob::Integrator);
     let cheapest = |target: f64| {
-        let points = of_integrator().flat_map(|set| {
+        let families = of_integrator().filter_map(|set| {
             let floor = set.floor.unwrap_or(0.0);
-            set.points.iter().filter_map(move |point| {
+            let points = set.points.iter().filter_map(|point| {
                 let error = *point.error.as_ref().ok()?;
                 (error <= target && floor <= target).then_some((set, point, error))
-            })
+            });
+            // Within a family calls tell the cost without noise; of as many the first, the looser, counts.
+            points.min_by_key(|(_, point, _)| point.calls)
         });
-        // Of times that differ by less than they scatter, and of the same calls, the method named first
-        // counts.
-        points.reduce(|best, next| {
+        // Between families times do. Of times that differ by less than they scatter, and of the same
+        // calls, the method named first counts.
+        families.reduce(|best, next| {
             let cheaper = next.1.seconds < NOTABLY * best.1.seconds;
             match cheaper && next.1.calls != best.1.calls {
                 true => next,

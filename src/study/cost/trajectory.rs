@@ -29,9 +29,9 @@ const STEPS: [f64; 6] = [6.4e-6, 3.2e-6, 1.6e-6, 8e-7, 4e-7, 2e-7];
 /// A setting that needs more calls than this is given up.
 const MOST_CALLS: u64 = 3_000_000;
 
-/// Contact nodes tried, and of the reference.
+/// Contact nodes tried, and of the reference and the other one that tells its own error.
 const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
-const NODES_REFERENCE: usize = 4000;
+const NODES_REFERENCES: [usize; 2] = [4000, 2000];
 
 /// Modes tried, the last the reference: bending pairs, torsion modes, axial modes. Of the paper's
 /// frequencies there are no more than these; of our own there are as many as one likes.
@@ -326,8 +326,8 @@ pub(super) fn node_sets(
     };
     let all = [settings(families[0].0)?, settings(families[1].0)?];
     let references = [
-        turned(Quadrature::Gauss, NODES_REFERENCE)?,
-        turned(Quadrature::Rings, NODES_REFERENCE)?,
+        turned(Quadrature::Rings, NODES_REFERENCES[0])?,
+        turned(Quadrature::Rings, NODES_REFERENCES[1])?,
     ];
     let (reference, _) = ground.path(&references[0])?;
     let floor = ground.path(&references[1])?.0.error(&reference);
