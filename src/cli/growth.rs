@@ -17,7 +17,7 @@ use super::report::{self, FileReport, Report, list_files};
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::growth::{Growth, GrowthPlan, Watch};
+use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
 use crate::study::threads;
 
 const NAME: Style = Style::new().bold();
@@ -25,7 +25,7 @@ const NAME: Style = Style::new().bold();
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Measures; and whether it was let to its end.
-    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<(Vec<Growth>, bool), Cause>,
+    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Grown, Cause>,
     /// Draws the figure of a scene.
     pub draw: fn(&str, &[Growth]) -> Result<Vec<Drawn>, Cause>,
 }

@@ -131,7 +131,7 @@ mod tests {
     fn advice_is_written_read_and_followed() {
         let text = Scene::load("mode-shift-3.5deg").unwrap().text;
         let (without, _) = text.split_once("[accuracy]").unwrap();
-        let scene = Scene::parse("mine.toml", without.to_owned()).unwrap();
+        let scene = Scene::parse("mine.toml", without).unwrap();
         let advised = scene
             .with_advice(&[
                 (1e-2, "rk4", 1.6e-6),

@@ -176,6 +176,9 @@ pub type Run<'a> = &'a mut dyn FnMut(&Scene, f64) -> Result<(f64, Option<u64>), 
 /// Why a run failed.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
+/// What was measured, and whether that is all.
+pub type Grown = (Vec<Growth>, bool);
+
 /// Is told what grows now and the share of all work that is done, and answers whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(Size, f64) -> bool;
 
@@ -196,11 +199,7 @@ const SAMPLES_A_LAG: usize = 6;
 ///
 /// # Errors
 /// If something of a size cannot be set up or run.
-pub fn growth(
-    plan: &GrowthPlan,
-    run: Run<'_>,
-    watch: Watch<'_>,
-) -> Result<(Vec<Growth>, bool), CostError> {
+pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
     let mut meter = Meter {
