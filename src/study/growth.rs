@@ -517,7 +517,7 @@ impl Audience for Nobody<'_> {
     }
 }
 
-/// The most memory that this program has held since it began or since [`forget_peak_memory`], bytes;
+/// The most memory that this program has held since it began, or since it was told to forget that, bytes;
 /// `None` where the system does not tell (Linux does).
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
