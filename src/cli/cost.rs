@@ -293,7 +293,7 @@ mod tests {
             "{page}"
         );
         assert!(
-            page.contains("| 1.0e-4 | failed<br>0.50 ms<br>500 |"),
+            page.contains("| 1.0e-4 | failed · 0.50 ms · 500 |"),
             "{page}"
         );
         let mine = folder.path().join("mine.toml");

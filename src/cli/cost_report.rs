@@ -193,8 +193,12 @@ fn floors(sets: &[SetReport]) -> String {
         return String::new();
     };
     match least == most {
-        true => format!("; the reference's own {most:.1e}"),
-        false => format!("; the references' own {least:.1e} to {most:.1e}"),
+        true => format!("; the reference's own {}", digits(most)),
+        false => format!(
+            "; the references' own {} to {}",
+            digits(least),
+            digits(most)
+        ),
     }
 }
 
@@ -228,17 +232,17 @@ fn table(sets: &[SetReport]) -> String {
         }
         for point in sets.iter().map(|set| &set.points[k]) {
             let mut cell = match point.error {
-                Some(error) => format!("{error:.1e}"),
+                Some(error) => digits(error),
                 None => "failed".to_owned(),
             };
             if !one_work {
-                let _ = write!(cell, "<br>{:.2} ms", point.cpu_ms);
+                let _ = write!(cell, " · {:.2} ms", point.cpu_ms);
                 if point.calls > 0 {
-                    let _ = write!(cell, "<br>{}", point.calls);
+                    let _ = write!(cell, " · {}", point.calls);
                 }
             }
             if !one_detail && !point.detail.is_empty() {
-                let _ = write!(cell, "<br>{}", point.detail);
+                let _ = write!(cell, " · {}", point.detail);
             }
             row.push(cell);
         }
@@ -308,6 +312,14 @@ impl Report for CostReport {
         }
         list_files(&mut text, &self.files);
         text
+    }
+}
+
+/// An error to two digits.
+fn digits(error: f64) -> String {
+    match error {
+        0.0 => "0".to_owned(),
+        error => format!("{error:.1e}"),
     }
 }
 
