@@ -10,7 +10,9 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
-use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio};
+use squeakscope::joint::{
+    BallJoint, Constant, ContactDamping, Friction, FrictionLaw, Joint, Model, Ratio,
+};
 use squeakscope::scene::Scene;
 use squeakscope::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
@@ -264,6 +266,27 @@ fn joints() -> Vec<(&'static str, Joint)> {
         ("no radial part", with(smooth(false), true)),
         ("no lift-off", with(smooth(true), false)),
         ("no friction", with(Friction::None, true)),
+        (
+            "constant",
+            with(
+                Friction::Constant {
+                    law: Constant {
+                        mu: law.mu_d,
+                        creep: law.creep,
+                    },
+                    radial: true,
+                },
+                true,
+            ),
+        ),
+        (
+            "contact damping and Omega x u",
+            Joint::new(&Model {
+                contact_damping: ContactDamping::KelvinVoigt { time: 1e-7 },
+                convection: Some(tilted.spec.rotation),
+                ..model.clone()
+            }),
+        ),
         ("own law", own(true)),
         ("own law, no radial part", own(false)),
         ("energy audit", with(smooth(true), true).with_audit()),

@@ -108,6 +108,9 @@ pub struct ScenesArgs {
     /// Print every key of a scene file: meaning, unit, allowed values, default.
     #[arg(long, conflicts_with_all = ["name", "json"])]
     pub keys: bool,
+    /// Tell which effects this scene calls for, which it leaves out, and what each costs or would cost, measured.
+    #[arg(long, requires = "name", conflicts_with = "keys")]
+    pub effects: bool,
     /// Write the list as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -39,6 +39,7 @@ use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
 use crate::study::basins::Attractor;
+use crate::study::effects::{Effects, Watch};
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
@@ -180,6 +181,11 @@ pub(super) const COST: cost::Tools = cost::Tools {
     draw: |study| cost_figures(study)?.into_iter().map(drawn).collect(),
     record: |plan, study, command, path| Ok(save_cost(path, &cost_view(plan, study, command))?),
 };
+
+/// What `squeakscope scenes --effects` needs.
+pub(super) fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Cause> {
+    Ok(study::effects::effects(scene, watch)?)
+}
 
 /// What `squeakscope growth` needs.
 pub(super) const GROWTH: growth::Tools = growth::Tools {

@@ -17,8 +17,9 @@ pub mod args;
 pub mod basins;
 pub mod calibrate;
 pub mod cost;
-mod cost_report;
+pub mod cost_report;
 mod cost_view;
+pub mod effects;
 mod engine;
 mod error;
 pub mod flow_report;
@@ -69,7 +70,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
     match args.command {
         None => run::run(&RunArgs::default(), engine::simulate),
         Some(Command::Run(args)) => run::run(&args, engine::simulate),
-        Some(Command::Scenes(args)) => scenes::scenes(&args),
+        Some(Command::Scenes(args)) => scenes::scenes(&args, engine::effects),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
         Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),

@@ -1,6 +1,8 @@
-//! `squeakscope scenes`: list the scenes, print one, or print what a scene file can say.
+//! `squeakscope scenes`: list the scenes, print one, tell what its effects cost, or print what a scene file
+//! can say.
 
 use super::args::ScenesArgs;
+use super::effects;
 use super::error::CliError;
 use super::output;
 use super::report::{self, SceneReport, ScenesReport};
@@ -9,8 +11,8 @@ use crate::scene::{Scene, key_reference};
 /// Runs the command.
 ///
 /// # Errors
-/// When the scene asked for is unknown or faulty, or the JSON file cannot be written.
-pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
+/// When the scene asked for is unknown or faulty or cannot be run, or the JSON file cannot be written.
+pub(super) fn scenes(args: &ScenesArgs, measure: effects::Measure) -> Result<(), CliError> {
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
@@ -20,6 +22,9 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
         Some(name) => {
             let scene = Scene::load(name)?;
             report::print_warnings(&scene.warnings());
+            if args.effects {
+                return effects::effects(&scene, json.as_ref(), measure);
+            }
             report::deliver(&SceneReport::new(&scene), json.as_ref())?;
         }
     }

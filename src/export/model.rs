@@ -5,7 +5,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use super::{Array, OutputError, encode_npz, read_npz, replace_file};
-use crate::joint::{Friction, Joint, Model, Stribeck};
+use crate::joint::{Constant, ContactDamping, Friction, Joint, Model, Stribeck};
 
 /// Version of the layout; it rises when an array changes its meaning.
 pub const MODEL_VERSION: f64 = 1.0;
@@ -27,9 +27,11 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// | `omega` | (m) | natural circular frequencies, rad/s |
 /// | `damping` | (m) | modal damping ratios |
 /// | `sliding_velocity` | (n, 3) | `Omega x x`, m/s |
-/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none |
+/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none; `mu_s = mu_d` and no Stribeck slope: constant |
 /// | `radial` | () | 1: the radial velocity is part of `V`, as in Eq. (8); 0: projected out |
 /// | `unilateral` | () | 1: nodes lift off; 0: bonded |
+/// | `contact_damping` | (2) | retardation time `tau` (s) and dissipation `chi` (s/m), one of which is zero; only where there is any |
+/// | `convection` | (3) | `Omega`, rad/s; only where `Omega x u` is part of the slip velocity |
 /// | `q_eq` | (m) | equilibrium of steady sliding, sqrt(kg) m |
 /// | `probe` | (m) | row that gives Eq. (24) from `q`, 1/sqrt(kg) |
 /// | `z0` | (2m) | initial `[q, dq/dt]` in the perturbation from the equilibrium |
@@ -37,9 +39,12 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// In these arrays, with `Q = q_eq + q`, node by node (`Phi` the node's `3 x m` block):
 ///
 /// ```text
-/// N = max(0, p_n + k_c e_r . Phi q)      V = Omega x x + Phi dq/dt
+/// N = max(0, p_n + k_c e_r . Phi q)      V = Omega x x + Phi dq/dt [+ Omega x Phi q]
 /// d2Q/dt2 + omega^2 Q = sum over nodes of Phi^T (-mu(|V|) N V/|V| - N e_r) Delta A
 /// ```
+///
+/// Damping of the contact adds to `N` of a closed node `k_c tau e_r . Phi dq/dt`, or makes it
+/// `1 + chi e_r . Phi dq/dt` times as large.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelArrays {
     /// The model.
@@ -84,42 +89,51 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
             shapes.extend(model.shapes_at(k).iter().map(|shape| shape[axis]));
         }
     }
-    let (friction, radial) = match model.friction {
-        Friction::None => (vec![0.0; 4], false),
-        Friction::Stribeck { law, radial } => {
-            (vec![law.mu_s, law.mu_d, law.creep, law.stribeck], radial)
-        }
+    let friction = match model.friction {
+        Friction::None => vec![0.0; 4],
+        Friction::Constant { law, .. } => vec![law.mu, law.mu, law.creep, 0.0],
+        Friction::Stribeck { law, .. } => vec![law.mu_s, law.mu_d, law.creep, law.stribeck],
     };
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
     let flag = |on: bool| Array::number(f64::from(u8::from(on)));
-    encode_npz(
-        out,
-        &[
-            ("version", Array::number(MODEL_VERSION)),
-            ("positions", flat(&model.positions)),
-            ("normals", flat(&model.normals)),
-            ("areas", Array::vector(model.areas.clone())),
-            ("pre_stress", Array::vector(model.pre_stress.clone())),
-            ("stiffness", Array::vector(model.stiffness.clone())),
-            (
-                "shapes",
-                Array {
-                    shape: vec![n, 3, m],
-                    values: shapes,
-                },
-            ),
-            ("omega", Array::vector(model.omega.clone())),
-            ("damping", Array::vector(damping)),
-            ("sliding_velocity", flat(&model.sliding_velocity)),
-            ("friction", Array::vector(friction)),
-            ("radial", flag(radial)),
-            ("unilateral", flag(model.unilateral)),
-            ("q_eq", Array::vector(arrays.q_eq.clone())),
-            ("probe", Array::vector(model.probe.clone())),
-            ("z0", Array::vector(arrays.z0.clone())),
-        ],
-    )
+    let mut all = vec![
+        ("version", Array::number(MODEL_VERSION)),
+        ("positions", flat(&model.positions)),
+        ("normals", flat(&model.normals)),
+        ("areas", Array::vector(model.areas.clone())),
+        ("pre_stress", Array::vector(model.pre_stress.clone())),
+        ("stiffness", Array::vector(model.stiffness.clone())),
+        (
+            "shapes",
+            Array {
+                shape: vec![n, 3, m],
+                values: shapes,
+            },
+        ),
+        ("omega", Array::vector(model.omega.clone())),
+        ("damping", Array::vector(damping)),
+        ("sliding_velocity", flat(&model.sliding_velocity)),
+        ("friction", Array::vector(friction)),
+        ("radial", flag(model.friction.radial())),
+        ("unilateral", flag(model.unilateral)),
+        ("q_eq", Array::vector(arrays.q_eq.clone())),
+        ("probe", Array::vector(model.probe.clone())),
+        ("z0", Array::vector(arrays.z0.clone())),
+    ];
+    match model.contact_damping {
+        ContactDamping::None => {}
+        ContactDamping::KelvinVoigt { time } => {
+            all.push(("contact_damping", Array::vector(vec![time, 0.0])));
+        }
+        ContactDamping::HuntCrossley { dissipation } => {
+            all.push(("contact_damping", Array::vector(vec![0.0, dissipation])));
+        }
+    }
+    if let Some(omega) = model.convection {
+        all.push(("convection", Array::vector(omega.to_vec())));
+    }
+    encode_npz(out, &all)
 }
 
 /// Reads a model file back.
@@ -146,6 +160,10 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     let radial = reader.take("radial", &[])?[0] != 0.0;
     let friction = match *reader.take("friction", &[4])? {
         [0.0, 0.0, ..] => Friction::None,
+        [mu, mu_d, creep, 0.0] if mu == mu_d => Friction::Constant {
+            law: Constant { mu, creep },
+            radial,
+        },
         [mu_s, mu_d, creep, stribeck] => Friction::Stribeck {
             law: Stribeck {
                 mu_s,
@@ -156,6 +174,26 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
             radial,
         },
         _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),
+    };
+    // An effect that is off has no array.
+    let contact_damping = match reader.find("contact_damping", &[2])?.as_deref() {
+        None | Some([0.0, 0.0]) => ContactDamping::None,
+        Some(&[time, 0.0]) => ContactDamping::KelvinVoigt { time },
+        Some(&[0.0, dissipation]) => ContactDamping::HuntCrossley { dissipation },
+        _ => {
+            return Err(invalid(
+                "`contact_damping` holds two laws at once".to_owned(),
+            ));
+        }
+    };
+    let convection = match reader.find("convection", &[3])?.as_deref() {
+        None => None,
+        Some(&[x, y, z]) => Some([x, y, z]),
+        _ => {
+            return Err(invalid(
+                "`convection` does not hold three numbers".to_owned(),
+            ));
+        }
     };
     Ok(ModelArrays {
         q_eq: reader.take("q_eq", &[m])?,
@@ -172,6 +210,8 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
             sliding_velocity: reader.vectors("sliding_velocity", n)?,
             friction,
             unilateral: reader.take("unilateral", &[])?[0] != 0.0,
+            contact_damping,
+            convection,
             probe: reader.take("probe", &[m])?,
         },
     })
@@ -200,6 +240,14 @@ impl ModelReader {
             )));
         }
         Ok(array.values)
+    }
+
+    /// An array that need not be there.
+    fn find(&mut self, name: &str, shape: &[usize]) -> io::Result<Option<Vec<f64>>> {
+        match self.arrays.contains_key(name) {
+            true => self.take(name, shape).map(Some),
+            false => Ok(None),
+        }
     }
 
     fn vectors(&mut self, name: &str, n: usize) -> io::Result<Vec<[f64; 3]>> {

@@ -237,6 +237,8 @@ impl BallJoint {
             sliding_velocity,
             friction: self.spec.friction,
             unilateral: self.spec.contact.unilateral,
+            contact_damping: self.spec.contact.damping,
+            convection: self.spec.convection.then_some(self.spec.rotation),
             probe,
         })
     }

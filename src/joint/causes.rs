@@ -10,17 +10,20 @@
 //! | structure | `C += 2 zeta omega` | damps |
 //! | contact | `K += k dA Phi^T e e^T Phi` | stores |
 //! | coupling | `K += k mu dA Phi^T t e^T Phi` | feeds or damps: the friction force follows the normal one, not symmetric |
+//! | contact damping | `C += c dA Phi^T (e + mu t) e^T Phi` | damps, where there is any: `c` is `k tau` or `p chi` |
+//! | convection | `K += p dA Phi^T ((mu / V) (1 - t t^T) + dmu/dV t t^T) (Omega x Phi)` | where `Omega x u` is part of the slip velocity |
 //!
 //! Two splits of a growth rate are given. The *share* of a term is the power that it feeds into the
 //! mode over twice the mode's energy: from `v* (lambda^2 + lambda C + W^2 + K) v = 0`, whose
-//! imaginary part over `2 omega v*v` is `growth = sum of shares`, exactly. What the growth would be
+//! imaginary part over `2 omega v*v` is `growth = sum of shares`, exactly, with
+//! `growth Im(v* C v)` on the side of `C` where that is not symmetric. What the growth would be
 //! *without* a term says what that term really does, since without it the mode has another shape;
 //! the mode is followed while the term fades away.
 
 use faer::{Mat, c64};
 
-use super::vector::{dot, unit};
-use super::{Friction, FrictionLaw, Model, StabilityError};
+use super::vector::{cross, dot, unit};
+use super::{ContactDamping, Model, StabilityError};
 
 /// The terms that can feed or damp a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,15 +36,21 @@ pub enum Cause {
     Coupling,
     /// The body's own modal damping.
     Structure,
+    /// Damping of the contact.
+    ContactDamping,
+    /// The part `Omega x u` of the slip velocity.
+    Convection,
 }
 
 impl Cause {
     /// All of them.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self::Slope,
         Self::Coupling,
         Self::Direction,
         Self::Structure,
+        Self::ContactDamping,
+        Self::Convection,
     ];
 
     /// Its name.
@@ -51,7 +60,23 @@ impl Cause {
             Self::Coupling => "mode coupling",
             Self::Direction => "friction damping",
             Self::Structure => "structural damping",
+            Self::ContactDamping => "contact damping",
+            Self::Convection => "Omega x u",
         }
+    }
+
+    /// Whether a model has the term at all, if it is one of those that few models have.
+    fn is_in(self, model: &Model) -> bool {
+        match self {
+            Self::Slope | Self::Coupling | Self::Direction | Self::Structure => true,
+            Self::ContactDamping => !model.contact_damping.is_none(),
+            Self::Convection => model.convection.is_some(),
+        }
+    }
+
+    /// Whether the term is a stiffness; the others damp.
+    fn is_stiffness(self) -> bool {
+        matches!(self, Self::Coupling | Self::Convection)
     }
 }
 
@@ -73,7 +98,7 @@ pub struct ExplainedMode {
     pub frequency_hz: f64,
     /// Growth rate, 1/s.
     pub growth: f64,
-    /// What each term does, in the order of [`Cause::ALL`].
+    /// What each term that the model has does, in the order of [`Cause::ALL`].
     pub causes: Vec<CauseOfGrowth>,
 }
 
@@ -85,7 +110,7 @@ struct Terms {
     modes: usize,
     /// `W^2` and the contact's stiffness.
     stiffness: Mat<f64>,
-    /// In the order of [`Cause::ALL`]; coupling is a stiffness, the others damp.
+    /// In the order of [`Cause::ALL`].
     terms: [Mat<f64>; Cause::ALL.len()],
 }
 
@@ -109,7 +134,9 @@ impl Model {
             by_frequency.then(a.value.re.total_cmp(&b.value.re))
         });
         let modes = all.into_iter().map(|root| {
-            let causes = Cause::ALL.into_iter().enumerate().map(|(k, cause)| {
+            let there = Cause::ALL.into_iter().enumerate();
+            let there = there.filter(|(_, cause)| cause.is_in(self));
+            let causes = there.map(|(k, cause)| {
                 Ok(CauseOfGrowth {
                     cause,
                     share: terms.share(k, &root),
@@ -146,9 +173,18 @@ impl Terms {
                 *outward = dot(*shape, normal);
             }
             add(&mut stiffness, contact, &outward, &outward);
-            let Friction::Stribeck { law, radial } = model.friction else {
+            let viscous = match model.contact_damping {
+                ContactDamping::None => 0.0,
+                ContactDamping::KelvinVoigt { time } => contact * time,
+                ContactDamping::HuntCrossley { dissipation } => {
+                    model.pre_stress[k] * area * dissipation
+                }
+            };
+            add(&mut terms[4], viscous, &outward, &outward);
+            let Some(law) = model.friction.law() else {
                 continue;
             };
+            let radial = model.friction.radial();
             let velocity = model.sliding_velocity[k];
             let speed = dot(velocity, velocity).sqrt();
             let Some(direction) = unit(velocity) else {
@@ -166,12 +202,25 @@ impl Terms {
                 &along,
                 &along,
             );
-            add(
-                &mut terms[1],
-                contact * ratio.value * speed,
-                &along,
-                &outward,
-            );
+            let coefficient = ratio.value * speed;
+            add(&mut terms[1], contact * coefficient, &along, &outward);
+            add(&mut terms[4], viscous * coefficient, &along, &outward);
+            if let Some(omega) = model.convection {
+                let turned: Vec<_> = shapes.iter().map(|shape| cross(omega, *shape)).collect();
+                let turned_along: Vec<f64> = turned.iter().map(|w| dot(*w, direction)).collect();
+                let bend = load * speed * ratio.slope;
+                add(&mut terms[5], bend, &along, &turned_along);
+                let projected = if radial { 0.0 } else { 1.0 };
+                for axis in 0..3 {
+                    let tangent = |of: &[[f64; 3]]| -> Vec<f64> {
+                        of.iter()
+                            .map(|v| v[axis] - projected * dot(*v, normal) * normal[axis])
+                            .collect()
+                    };
+                    let (shapes, turned) = (tangent(shapes), tangent(&turned));
+                    add(&mut terms[5], load * ratio.value, &shapes, &turned);
+                }
+            }
             // What is neither along the sliding direction nor, where that is projected out, radial.
             let projected = if radial { 0.0 } else { 1.0 };
             for axis in 0..3 {
@@ -199,6 +248,11 @@ impl Terms {
             Some((which, share)) if which == term => share,
             _ => 1.0,
         };
+        let terms_of = |stiffness: bool| {
+            let all = Cause::ALL.iter().enumerate();
+            all.filter(move |(_, cause)| cause.is_stiffness() == stiffness)
+                .map(|(term, _)| term)
+        };
         // Scaled to [omega q | dq/dt], so that both halves are of one size.
         let scale: Vec<f64> = (0..m).map(|i| self.stiffness[(i, i)].sqrt()).collect();
         let matrix = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
@@ -206,12 +260,13 @@ impl Terms {
             (true, false) => f64::from(u8::from(i == j - m)) * scale[i],
             (false, true) => {
                 let i = i - m;
-                -(self.stiffness[(i, j)] + weight(1) * self.terms[1][(i, j)]) / scale[j]
+                let terms = terms_of(true).map(|term| weight(term) * self.terms[term][(i, j)]);
+                -(self.stiffness[(i, j)] + terms.sum::<f64>()) / scale[j]
             }
             (false, false) => {
                 let (i, j) = (i - m, j - m);
-                let damping = [0, 2, 3].map(|term| weight(term) * self.terms[term][(i, j)]);
-                -damping.iter().sum::<f64>()
+                let terms = terms_of(false).map(|term| weight(term) * self.terms[term][(i, j)]);
+                -terms.sum::<f64>()
             }
         });
         let eigen = matrix.eigen().map_err(|_| StabilityError)?;
@@ -234,9 +289,10 @@ impl Terms {
             }
         }
         let size: f64 = root.shape.iter().map(|v| v.norm_sqr()).sum();
-        match Cause::ALL[term] {
-            Cause::Coupling => -product.im / (2.0 * root.value.im * size),
-            _ => -product.re / (2.0 * size),
+        let turned = product.im / root.value.im;
+        match Cause::ALL[term].is_stiffness() {
+            true => -turned / (2.0 * size),
+            false => -(product.re + root.value.re * turned) / (2.0 * size),
         }
     }
 
@@ -280,7 +336,7 @@ fn add(matrix: &mut Mat<f64>, factor: f64, a: &[f64], b: &[f64]) {
 mod tests {
     use super::*;
     use crate::joint::tests::scattered;
-    use crate::joint::{BallJoint, Joint};
+    use crate::joint::{BallJoint, Friction, Joint};
     use crate::scene::Scene;
 
     const STRIBECK: crate::joint::Stribeck = crate::joint::Stribeck {
@@ -299,8 +355,20 @@ mod tests {
 
     #[test]
     fn the_terms_make_the_jacobian_and_the_shares_the_growth() {
-        for friction in [friction(true), friction(false), Friction::None] {
-            let model = scattered(40, 6, friction);
+        for (k, friction) in [friction(true), friction(false), Friction::None]
+            .into_iter()
+            .cycle()
+            .take(9)
+            .enumerate()
+        {
+            let mut model = scattered(40, 6, friction);
+            model.contact_damping = [
+                ContactDamping::None,
+                ContactDamping::KelvinVoigt { time: 2e-7 },
+                ContactDamping::HuntCrossley { dissipation: 0.5 },
+            ][k / 3];
+            // Much faster than a joint turns, so that it shows.
+            model.convection = (k > 2).then_some([700.0, -300.0, 200.0]);
             let all = Joint::new(&model).linear_modes().unwrap();
             let oscillating = all.iter().filter(|mode| mode.frequency_hz > 0.0);
             let explained = model.explained_modes().unwrap();

@@ -2,6 +2,7 @@
 //! Jacobian. One node at a time; the hot loop has its own form in `traction`.
 
 use super::Joint;
+use super::extras::convected;
 use super::lanes::LANES;
 use super::nodes::radial;
 use super::vector::{add_scaled, scale};
@@ -14,6 +15,8 @@ pub struct NodeAction {
     pub gap: f64,
     /// Normal force `N Delta A`, N.
     pub normal: f64,
+    /// What of it is damping of the contact, N.
+    pub dashpot: f64,
     /// Slip velocity, Eq. (4), m/s.
     pub slip: [f64; 3],
     /// Magnitude of the slip velocity that friction sees, m/s.
@@ -35,9 +38,16 @@ impl Joint {
             u_r += row.r.0[lane] * q;
             slip = add_scaled(slip, v, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
         }
-        let gap = block.pre_stress.0[lane] + block.stiffness.0[lane] * u_r;
-        let stress = if self.unilateral { gap.max(0.0) } else { gap };
-        let normal = stress * block.area.0[lane];
+        let (area, stiffness) = (block.area.0[lane], block.stiffness.0[lane]);
+        let gap = block.pre_stress.0[lane] + stiffness * u_r;
+        let closed = !self.unilateral || gap > 0.0;
+        let stress = if closed { gap } else { 0.0 };
+        let rate = slip[2];
+        let dashpot = area * self.contact_damping.stress(closed, stress, stiffness, rate);
+        let normal = stress * area + dashpot;
+        for (row, &q) in convected(&self.nodes, k / LANES).iter().zip(q) {
+            slip = add_scaled(slip, q, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
+        }
         let seen = if self.law.radial() {
             slip
         } else {
@@ -51,6 +61,7 @@ impl Joint {
         NodeAction {
             gap,
             normal,
+            dashpot,
             slip,
             speed,
             friction,

@@ -1,6 +1,7 @@
 //! The derivative of the joint's force, as the tangent flow needs it.
 
 use super::Joint;
+use super::extras::Addition;
 use super::jacobian::{Assembly, Multiplied, Swept};
 use super::lanes::LANES;
 use super::lift_off::LiftOff;
@@ -26,7 +27,7 @@ impl Joint {
     fn record_parts(&self) -> [usize; 3] {
         let m = self.modes();
         [
-            self.nodes.blocks.len() * KEPT * LANES,
+            self.nodes.blocks.len() * (KEPT + usize::from(!self.contact_damping.is_none())) * LANES,
             2 * m * m * LANES,
             2 * m * m,
         ]
@@ -51,9 +52,9 @@ impl Joint {
             ($radial:literal) => {
                 self.arch.dispatch(Assembly::<$radial> {
                     nodes,
-                    kept,
-                    sums,
-                    matrix,
+                    kept: &*kept,
+                    sums: &mut *sums,
+                    matrix: &mut *matrix,
                 })
             };
         }
@@ -61,6 +62,15 @@ impl Joint {
             assemble!(true);
         } else {
             assemble!(false);
+        }
+        if self.has_extras() {
+            self.arch.dispatch(Addition {
+                nodes,
+                radial: self.law.radial(),
+                kept,
+                sums,
+                matrix,
+            });
         }
         matrix
     }
@@ -141,7 +151,7 @@ impl Differentiable for Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        if width < WORTH_ASSEMBLING {
+        if width < WORTH_ASSEMBLING && !self.has_extras() {
             self.product_swept(record, vectors, width, out);
         } else {
             self.product_assembled(record, vectors, width, out);

@@ -31,6 +31,8 @@ pub struct Power {
     pub friction: f64,
     /// The contact springs on the modes: what leaves [`Energy::contact`].
     pub contact: f64,
+    /// Damping of the contact.
+    pub contact_damping: f64,
     /// Modal damping; never positive.
     pub damping: f64,
 }
@@ -75,18 +77,21 @@ impl Joint {
             v,
             force: &mut force,
         });
-        let friction = passed.power;
-        let contact = (0..self.nodes.count)
-            .map(|k| {
-                let action = self.node_action(k, q, v);
-                let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
-                let steady = block.pre_stress.0[lane] * block.area.0[lane];
-                -(action.normal - steady) * action.slip[2]
-            })
-            .sum();
+        let (mut contact, mut contact_damping) = (0.0, 0.0);
+        for k in 0..self.nodes.count {
+            let action = self.node_action(k, q, v);
+            let (block, lane) = (k / LANES, k % LANES);
+            let rows = &self.nodes.rows[block * m..][..m];
+            let block = &self.nodes.blocks[block];
+            let steady = block.pre_stress.0[lane] * block.area.0[lane];
+            let rate = radial(rows, lane, v);
+            contact -= (action.normal - action.dashpot - steady) * rate;
+            contact_damping -= action.dashpot * rate;
+        }
         Power {
-            friction,
+            friction: passed.power - contact_damping,
             contact,
+            contact_damping,
             damping: self.damping_power(v),
         }
     }

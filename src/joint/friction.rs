@@ -156,6 +156,55 @@ impl FrictionLaw for Stribeck {
     }
 }
 
+/// Coulomb's constant coefficient, regularised: `mu(V) = mu (1 - exp(-creep V))`, which is Eq. (5) with
+/// `mu_s = mu_d = mu`, at the price of one exponential.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant {
+    /// The coefficient `mu` of sliding.
+    pub mu: f64,
+    /// Slope factor of the creep region, s/m, positive.
+    pub creep: f64,
+}
+
+impl Constant {
+    /// The ratio for several speeds at once, all above zero; inlined into the hot loop.
+    #[inline(always)]
+    pub(crate) fn ratio_vector<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> Vector<S, K> {
+        let creep = Exponential::of(speed, self.creep);
+        creep.rest() * speed.same(self.mu) / (speed * creep.below())
+    }
+
+    /// [`Constant::ratio_vector`], to the same bits, and `V` times the ratio's slope.
+    #[inline(always)]
+    pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        let creep = Exponential::of(speed, self.creep);
+        let ratio = creep.rest() * speed.same(self.mu) / (speed * creep.below());
+        let slope = creep.above() * speed.same(self.creep * self.mu) / creep.below();
+        (ratio, slope - ratio)
+    }
+}
+
+impl FrictionLaw for Constant {
+    fn ratio(&self, speed: f64) -> Ratio {
+        let (share, share_slope) = creep_share(self.creep * speed);
+        let steepest = self.creep * self.mu;
+        Ratio {
+            value: steepest * share,
+            slope: steepest * self.creep * share_slope,
+        }
+    }
+
+    fn stick_speed(&self) -> f64 {
+        1.0 / self.creep
+    }
+}
+
 /// `(1 - exp(-x)) / x` and its derivative for `x >= 0`, without cancellation.
 fn creep_share(x: f64) -> (f64, f64) {
     if x >= 0.5 {
@@ -222,21 +271,43 @@ mod tests {
     /// The vector form of the hot loop equals the scalar one to a few units in the last place.
     #[test]
     fn vectors_agree_with_scalars() {
-        struct Ratio(Stribeck, f64);
-        impl pulp::WithSimd for Ratio {
-            type Output = f64;
+        struct Ratios(Stribeck, Constant, f64);
+        impl pulp::WithSimd for Ratios {
+            type Output = [f64; 3];
             #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> f64 {
-                let ratio = self.0.ratio_vector(Vector::<S>::splat(simd, self.1));
-                ratio.sum() / S::F64_LANES as f64
+            fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
+                let speed = Vector::<S>::splat(simd, self.2);
+                let (again, slope) = self.1.ratio_and_slope_vector(speed);
+                let ratios = [
+                    self.0.ratio_vector(speed),
+                    self.1.ratio_vector(speed),
+                    slope,
+                ];
+                assert_eq!(again.sum(), ratios[1].sum());
+                ratios.map(|ratio| ratio.sum() / S::F64_LANES as f64)
             }
         }
         for law in [PAPER, PRINTED] {
             let mut speed = 1e-140;
             while speed < 50.0 {
-                let got = pulp::Arch::new().dispatch(Ratio(law, speed));
+                let constant = Constant {
+                    mu: law.mu_d,
+                    creep: law.creep,
+                };
+                let [got, flat, slope] = pulp::Arch::new().dispatch(Ratios(law, constant, speed));
                 let exact = law.ratio(speed).value;
                 assert!((got / exact - 1.0).abs() < 3e-15, "{speed}");
+                // The constant law is Eq. (5) without its fall.
+                let level = Stribeck {
+                    mu_s: law.mu_d,
+                    ..law
+                };
+                let (exact, same) = (constant.ratio(speed), level.ratio(speed));
+                assert!((exact.value / same.value - 1.0).abs() < 1e-15, "{speed}");
+                assert!((exact.slope / same.slope - 1.0).abs() < 1e-14, "{speed}");
+                assert!((flat / exact.value - 1.0).abs() < 3e-15, "{speed}");
+                let slope = (slope - exact.slope * speed).abs();
+                assert!(slope <= 1e-14 * exact.value, "{speed}: {slope}");
                 speed *= 1.13;
             }
         }

@@ -58,6 +58,25 @@ impl<const RADIAL: bool> Law for Smoothed<RADIAL> {
     }
 }
 
+/// A constant coefficient, smoothed at rest.
+pub(crate) struct Level<const RADIAL: bool>(pub super::Constant);
+
+impl<const RADIAL: bool> Law for Level<RADIAL> {
+    const SLIDES: bool = true;
+    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        self.0.ratio_vector(speed)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        self.0.ratio_and_slope_vector(speed)
+    }
+}
+
 /// A user's own law, called once a vector.
 pub(crate) struct Custom<'a, const RADIAL: bool>(pub &'a dyn FrictionLaw);
 

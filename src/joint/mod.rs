@@ -7,6 +7,7 @@ mod differentiable;
 mod energy;
 mod equilibrium;
 mod exponential;
+mod extras;
 mod friction;
 mod hertz;
 mod jacobian;
@@ -32,13 +33,14 @@ pub use causes::{Cause, CauseOfGrowth, ExplainedMode};
 pub use contact::NodeAction;
 pub use energy::{Energy, Power};
 pub use equilibrium::Equilibrium;
-pub use friction::{FrictionLaw, Ratio, Stribeck};
+pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
 pub use hertz::Hertz;
 pub use lanes::LANES;
 pub use model::Model;
 pub use patch::{PatchPoint, patch_direction, patch_points};
 pub use spec::{
-    BodySpec, Contact, Frequencies, Friction, JointSpec, Quadrature, Socket, StiffnessLaw,
+    BodySpec, Contact, ContactDamping, Frequencies, Friction, JointSpec, Quadrature, Socket,
+    StiffnessLaw,
 };
 pub use stability::{LinearMode, StabilityError};
 pub use system::Joint;

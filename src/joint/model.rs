@@ -1,6 +1,6 @@
 //! All that Eq. (8) needs, as plain arrays.
 
-use super::Friction;
+use super::{ContactDamping, Friction};
 
 /// The discretised contact model at one tilt: `n` contact nodes, `m` modes, SI units, Cartesian
 /// vectors from the ball's centre. Anyone can integrate it with another program.
@@ -28,6 +28,11 @@ pub struct Model {
     pub friction: Friction,
     /// Whether nodes can lift off.
     pub unilateral: bool,
+    /// Damping of the contact.
+    pub contact_damping: ContactDamping,
+    /// The rotation `Omega` (rad/s) by which the slip velocity has the part `Omega x u`; `None` leaves
+    /// it out.
+    pub convection: Option<[f64; 3]>,
     /// Row that gives Eq. (24) from the modal coordinates, `m`, 1/sqrt(kg).
     pub probe: Vec<f64>,
 }

@@ -71,6 +71,8 @@ pub(crate) struct Nodes {
     pub blocks: Vec<Block>,
     /// `blocks x modes`, row-major.
     pub rows: Vec<Rows>,
+    /// The same of `Omega x Phi_i`, 1/(sqrt(kg) s); empty where the slip velocity has no such part.
+    pub convected: Vec<Rows>,
     /// Sliding frames `[e_s, e_t, e_r]`, one a node.
     pub frames: Vec<[[f64; 3]; 3]>,
 }
@@ -82,7 +84,7 @@ impl Nodes {
             .map(|k| sliding_frame(model.normals[k], model.sliding_velocity[k]))
             .collect();
         let mut blocks = Vec::new();
-        let mut rows = Vec::new();
+        let (mut rows, mut convected) = (Vec::new(), Vec::new());
         for first in (0..count).step_by(LANES) {
             let gather = |value: &dyn Fn(usize) -> f64, padding: f64| {
                 Eight(std::array::from_fn(|l| {
@@ -100,14 +102,19 @@ impl Nodes {
                 area: gather(&|k| model.areas[k], 0.0),
                 steady_friction: Eight::ZERO,
             });
-            for i in 0..modes {
-                let along =
-                    |axis: usize| gather(&|k| dot(model.shapes_at(k)[i], frames[k][axis]), 0.0);
-                rows.push(Rows {
+            let in_frames = |vector: &dyn Fn(usize) -> [f64; 3]| {
+                let along = |axis: usize| gather(&|k| dot(vector(k), frames[k][axis]), 0.0);
+                Rows {
                     s: along(0),
                     t: along(1),
                     r: along(2),
-                });
+                }
+            };
+            for i in 0..modes {
+                rows.push(in_frames(&|k| model.shapes_at(k)[i]));
+                if let Some(omega) = model.convection {
+                    convected.push(in_frames(&|k| cross(omega, model.shapes_at(k)[i])));
+                }
             }
         }
         Self {
@@ -115,6 +122,7 @@ impl Nodes {
             modes,
             blocks,
             rows,
+            convected,
             frames,
         }
     }

@@ -1,6 +1,6 @@
 //! The parameters of a joint, in SI units and radians. Validated by `scene`; plain data here.
 
-use super::Stribeck;
+use super::{Constant, FrictionLaw, Stribeck};
 use crate::fem::{Elements, Families, Geometry, Material};
 
 /// Everything that Eq. (1) to (8) need, apart from the tilt, which may change with time.
@@ -16,6 +16,8 @@ pub struct JointSpec {
     pub azimuth: f64,
     /// Rotation vector of the ball, rad/s.
     pub rotation: [f64; 3],
+    /// Whether the slip velocity has the part `Omega x u` of the vibration's displacement.
+    pub convection: bool,
     /// The contact.
     pub contact: Contact,
     /// The law of friction.
@@ -74,6 +76,28 @@ pub struct Contact {
     pub radius_factor: f64,
     /// Whether nodes can lift off.
     pub unilateral: bool,
+    /// What resists the speed at which the gap closes.
+    pub damping: ContactDamping,
+}
+
+/// Damping of the contact, by the velocity `du_r/dt` at which a node is pressed in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ContactDamping {
+    /// None.
+    #[default]
+    None,
+    /// A dashpot beside the spring while the node is closed: `N = p_n + k_c (u_r + tau du_r/dt)`. At
+    /// lift-off its force jumps.
+    KelvinVoigt {
+        /// Retardation time `tau`, s.
+        time: f64,
+    },
+    /// Damping in proportion to the spring's stress: `N = (p_n + k_c u_r) (1 + chi du_r/dt)`, which is zero
+    /// at lift-off by itself. K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440.
+    HuntCrossley {
+        /// Dissipation `chi`, s/m: an impact at a low speed `v` has the restitution `1 - 2 chi v / 3`.
+        dissipation: f64,
+    },
 }
 
 /// Quadrature of the patch.
@@ -99,12 +123,37 @@ pub enum StiffnessLaw {
 pub enum Friction {
     /// No friction.
     None,
-    /// A Stribeck curve, smoothed at rest. With `mu_s = mu_d` it is Coulomb's constant coefficient,
-    /// regularised.
+    /// Coulomb's constant coefficient, smoothed at rest.
+    Constant {
+        /// The curve.
+        law: Constant,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
+        radial: bool,
+    },
+    /// A Stribeck curve, smoothed at rest.
     Stribeck {
         /// The curve.
         law: Stribeck,
         /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
         radial: bool,
     },
+}
+
+impl Friction {
+    /// The curve, for what takes any; `None` without friction.
+    pub fn law(&self) -> Option<&dyn FrictionLaw> {
+        match self {
+            Self::None => None,
+            Self::Constant { law, .. } => Some(law),
+            Self::Stribeck { law, .. } => Some(law),
+        }
+    }
+
+    /// Whether the radial velocity takes part.
+    pub fn radial(&self) -> bool {
+        match *self {
+            Self::None => false,
+            Self::Constant { radial, .. } | Self::Stribeck { radial, .. } => radial,
+        }
+    }
 }

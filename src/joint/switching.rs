@@ -6,10 +6,10 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::Joint;
 use super::lanes::{LANES, parts};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
+use super::{ContactDamping, Joint};
 use crate::dynamics::{Switching, System};
 
 impl Switching for Joint {
@@ -54,16 +54,17 @@ impl Switching for Joint {
     fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
         debug_assert!(
             self.rests_on_guard(guard, &z[..self.modes()]),
-            "the force jumps at node {guard}"
+            "node {guard} changes sides away from its guard"
         );
         status[guard / LANES] ^= 1 << (guard % LANES);
     }
 
-    /// It is: all that a node does is in proportion to `N = p_n + k_c u_r`, which is zero on its
-    /// guard, and an open node does nothing. So the laws before and after agree there, and as the
-    /// state goes on, Eq. (16) becomes `delta z+ = delta z- + (F_before - F_after) delta t = delta z-`.
+    /// It is, unless a dashpot lets go: all that a node does otherwise is in proportion to
+    /// `N = p_n + k_c u_r`, which is zero on its guard, and an open node does nothing. So the laws before
+    /// and after agree there, and as the state goes on, Eq. (16) becomes
+    /// `delta z+ = delta z- + (F_before - F_after) delta t = delta z-`.
     fn is_continuous(&self) -> bool {
-        true
+        !matches!(self.contact_damping, ContactDamping::KelvinVoigt { .. })
     }
 
     fn guard_gradient(
@@ -92,7 +93,7 @@ impl Switching for Joint {
 }
 
 impl Joint {
-    /// Whether a node can change sides at modal coordinates `q` with no jump of the force: its stress
+    /// Whether a node can change sides at modal coordinates `q` with no jump of its spring's stress, which
     /// is nothing beside what it is the difference of.
     fn rests_on_guard(&self, node: usize, q: &[f64]) -> bool {
         let (block, lane) = (node / LANES, node % LANES);

@@ -5,19 +5,23 @@ use std::sync::Arc;
 use pulp::Arch;
 
 use super::equilibrium::Equilibrium;
-use super::friction::{FrictionLaw, Stribeck};
+use super::friction::{Constant, FrictionLaw, Stribeck};
 use super::lanes::LANES;
-use super::law::{Custom, Frictionless, Smoothed};
+use super::law::{Custom, Frictionless, Level, Smoothed};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
 use super::traction::{MOST_MODES, OpenNodes, Passed, Query, Traction};
-use super::{Friction, Model};
+use super::{ContactDamping, Friction, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
 /// The law of friction in force.
 #[derive(Clone, Debug)]
 pub(crate) enum ActiveLaw {
     None,
+    Constant {
+        law: Constant,
+        radial: bool,
+    },
     Stribeck {
         law: Stribeck,
         radial: bool,
@@ -33,6 +37,7 @@ impl ActiveLaw {
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
             Self::None => None,
+            Self::Constant { law, .. } => Some(law),
             Self::Stribeck { law, .. } => Some(law),
             Self::Custom { law, .. } => Some(law.as_ref()),
         }
@@ -42,7 +47,9 @@ impl ActiveLaw {
     pub fn radial(&self) -> bool {
         match self {
             Self::None => false,
-            Self::Stribeck { radial, .. } | Self::Custom { radial, .. } => *radial,
+            Self::Constant { radial, .. }
+            | Self::Stribeck { radial, .. }
+            | Self::Custom { radial, .. } => *radial,
         }
     }
 }
@@ -51,6 +58,7 @@ impl From<Friction> for ActiveLaw {
     fn from(friction: Friction) -> Self {
         match friction {
             Friction::None => Self::None,
+            Friction::Constant { law, radial } => Self::Constant { law, radial },
             Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
         }
     }
@@ -66,6 +74,7 @@ pub struct Joint {
     pub(crate) nodes: Nodes,
     pub(crate) law: ActiveLaw,
     pub(crate) unilateral: bool,
+    pub(crate) contact_damping: ContactDamping,
     omega: Vec<f64>,
     damping: Vec<f64>,
     probe: Vec<f64>,
@@ -104,6 +113,7 @@ impl Joint {
             nodes: Nodes::new(model),
             law,
             unilateral: model.unilateral,
+            contact_damping: model.contact_damping,
             omega: model.omega.clone(),
             damping: model.damping.clone(),
             probe: model.probe.clone(),
@@ -142,6 +152,11 @@ impl Joint {
         self.probe.iter().zip(q).map(|(a, b)| a * b).sum()
     }
 
+    /// Whether the nodes do more than Eq. (2) and friction: damping of the contact, `Omega x u`.
+    pub(crate) fn has_extras(&self) -> bool {
+        !self.contact_damping.is_none() || !self.nodes.convected.is_empty()
+    }
+
     /// Which nodes press, where no status is held.
     pub(crate) fn lift_off(&self) -> LiftOff<'static> {
         if self.unilateral {
@@ -155,9 +170,16 @@ impl Joint {
     pub(crate) fn traction(&self, mut query: Query<'_>) -> Passed {
         macro_rules! pass {
             ($law:expr) => {
-                self.arch.dispatch(Traction {
+                match self.has_extras() {
+                    false => pass!($law, false),
+                    true => pass!($law, true),
+                }
+            };
+            ($law:expr, $extras:literal) => {
+                self.arch.dispatch(Traction::<_, $extras> {
                     nodes: &self.nodes,
                     law: $law,
+                    damping: self.contact_damping,
                     steady: &self.equilibrium.force,
                     query: &mut query,
                 })
@@ -165,6 +187,8 @@ impl Joint {
         }
         match &self.law {
             ActiveLaw::None => pass!(Frictionless),
+            ActiveLaw::Constant { law, radial: true } => pass!(Level::<true>(*law)),
+            ActiveLaw::Constant { law, radial: false } => pass!(Level::<false>(*law)),
             ActiveLaw::Stribeck { law, radial: true } => pass!(Smoothed::<true>(*law)),
             ActiveLaw::Stribeck { law, radial: false } => pass!(Smoothed::<false>(*law)),
             ActiveLaw::Custom { law, radial: true } => pass!(Custom::<true>(law.as_ref())),

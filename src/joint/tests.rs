@@ -11,6 +11,7 @@ use super::*;
 use crate::dynamics::{Differentiable, System};
 
 mod derivative;
+mod extras;
 mod hot_loop;
 mod switching;
 
@@ -52,6 +53,8 @@ pub(super) fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model
         normals,
         friction,
         unilateral: true,
+        contact_damping: ContactDamping::None,
+        convection: None,
     }
 }
 
@@ -70,21 +73,27 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
     let mut force = vec![0.0; model.modes()];
     for k in 0..model.nodes() {
         let shapes = model.shapes_at(k);
-        let mut u_r = 0.0;
+        let (mut u_r, mut rate) = (0.0, 0.0);
         let mut slip = model.sliding_velocity[k];
         for i in 0..model.modes() {
             u_r += dot(shapes[i], model.normals[k]) * q[i];
             slip = vector::add_scaled(slip, v[i], shapes[i]);
+            if let Some(omega) = model.convection {
+                slip = vector::add_scaled(slip, q[i], cross(omega, shapes[i]));
+            }
+            rate += dot(shapes[i], model.normals[k]) * v[i];
         }
-        let stress = model.pre_stress[k] + model.stiffness[k] * u_r;
-        let stress = if model.unilateral {
-            stress.max(0.0)
-        } else {
-            stress
+        let gap = model.pre_stress[k] + model.stiffness[k] * u_r;
+        let closed = !model.unilateral || gap > 0.0;
+        let stress = match model.contact_damping {
+            _ if !closed => 0.0,
+            ContactDamping::None => gap,
+            ContactDamping::KelvinVoigt { time } => gap + model.stiffness[k] * time * rate,
+            ContactDamping::HuntCrossley { dissipation } => gap * (1.0 + dissipation * rate),
         };
         let mut traction = scale(model.normals[k], -stress);
-        if let Friction::Stribeck { law, radial } = model.friction {
-            if !radial {
+        if let Some(law) = model.friction.law() {
+            if !model.friction.radial() {
                 slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
             }
             let speed = norm(slip);
@@ -98,12 +107,19 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
     force
 }
 
-fn frictions() -> [Friction; 3] {
+fn frictions() -> [Friction; 5] {
     let Friction::Stribeck { law, .. } = STRIBECK else {
         unreachable!()
     };
     let tangent = Friction::Stribeck { law, radial: false };
-    [Friction::None, STRIBECK, tangent]
+    let level = |radial| Friction::Constant {
+        law: Constant {
+            mu: 0.4,
+            creep: 1000.0,
+        },
+        radial,
+    };
+    [Friction::None, STRIBECK, tangent, level(true), level(false)]
 }
 
 /// At the equilibrium nothing moves, to the last bit; `omega^2 q_eq` balances Eq. (8).
@@ -272,16 +288,13 @@ fn hoffmann(mu: f64) -> Joint {
         damping: vec![],
         sliding_velocity: vec![[-1.0, 0.0, 0.0]],
         // Constant coefficient: the creep region is far below the sliding speed.
-        friction: Friction::Stribeck {
-            law: Stribeck {
-                mu_s: mu,
-                mu_d: mu,
-                creep: 1e4,
-                stribeck: 0.0,
-            },
+        friction: Friction::Constant {
+            law: Constant { mu, creep: 1e4 },
             radial: false,
         },
         unilateral: true,
+        contact_damping: ContactDamping::None,
+        convection: None,
         probe: vec![1.0, 0.0],
     })
 }

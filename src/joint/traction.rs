@@ -2,8 +2,10 @@
 //!
 //! The law of friction is matched once, outside the loop over the nodes; the loop is then compiled
 //! for that very law and for the widest vectors of the machine. An absent effect costs nothing:
-//! without friction no velocity is formed. How nodes lift off, and whether a record or the power is
-//! kept, is met once for some nodes, where it does not show.
+//! without friction no velocity is formed. What few scenes ask for, damping of the contact and the part
+//! `Omega x u` of the slip velocity, are the loop's `EXTRAS`: it is compiled with and without them. How
+//! nodes lift off, and whether a record or the power is kept, is met once for some nodes, where it does
+//! not show.
 //!
 //! The nodes go through three stages, [`TOGETHER`] vectors of them side by side: how they move, what
 //! force acts on them, and what this force does to the modes. The first and the last are sums of
@@ -16,6 +18,8 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
+use super::ContactDamping;
+use super::extras::{convected, viscosities};
 use super::lanes::{Eight, LANES, Place, Vector, parts};
 use super::law::Law;
 use super::lift_off::LiftOff;
@@ -48,9 +52,10 @@ pub(crate) struct Query<'a> {
 }
 
 /// One pass over the nodes.
-pub(crate) struct Traction<'p, 'a, L> {
+pub(crate) struct Traction<'p, 'a, L, const EXTRAS: bool> {
     pub nodes: &'p Nodes,
     pub law: L,
+    pub damping: ContactDamping,
     /// Generalised forces of steady sliding, `m`.
     pub steady: &'p [f64],
     pub query: &'p mut Query<'a>,
@@ -59,8 +64,8 @@ pub(crate) struct Traction<'p, 'a, L> {
 /// What the pass found beside the forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Passed {
-    /// Power of friction's deviation from steady sliding on the vibration, W; zero where it is not
-    /// wanted.
+    /// Power of friction's deviation from steady sliding, and of damping of the contact, on the vibration,
+    /// W; zero where it is not wanted.
     pub power: f64,
 }
 
@@ -120,12 +125,16 @@ impl<'a, const K: usize> Group<'a, K> {
 struct Motion<S: Simd, const K: usize> {
     u_r: Vector<S, K>,
     slip: [Vector<S, K>; 3],
+    /// Of the extras: the velocity `du_r/dt`, m/s.
+    rate: Vector<S, K>,
+    /// Of the extras: the slip velocity without `Omega x u`, m/s.
+    unconvected: [Vector<S, K>; 3],
 }
 
 /// What nodes resist with, N: the force on them, turned round, in the sliding frame.
 type Resistance<S, const K: usize> = [Vector<S, K>; 3];
 
-impl<L: Law> WithSimd for Traction<'_, '_, L> {
+impl<L: Law, const EXTRAS: bool> WithSimd for Traction<'_, '_, L, EXTRAS> {
     type Output = Passed;
 
     /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
@@ -152,7 +161,7 @@ impl<L: Law> WithSimd for Traction<'_, '_, L> {
     }
 }
 
-impl<L: Law> Traction<'_, '_, L> {
+impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
     /// The loop over vectors of nodes, `K` at a time; those that are left over are given back. The
     /// sums are one a mode, in as many lanes as a vector has.
     #[inline(always)]
@@ -195,8 +204,12 @@ impl<L: Law> Traction<'_, '_, L> {
                 let r = group.row(simd, i, |row| &row.r);
                 u_r = r.mul_add(Vector::splat(simd, q), u_r);
             }
-            let slip = [zero; 3];
-            return Motion { u_r, slip };
+            return Motion {
+                u_r,
+                slip: [zero; 3],
+                rate: self.rate(simd, group),
+                unconvected: [zero; 3],
+            };
         }
         let steady_speed = group.load(simd, |block| &block.speed);
         let (mut along, mut across, mut outward) = (steady_speed, zero, zero);
@@ -210,8 +223,63 @@ impl<L: Law> Traction<'_, '_, L> {
                 outward = r.mul_add(v, outward);
             }
         }
-        let slip = [along, across, outward];
-        Motion { u_r, slip }
+        let mut motion = Motion {
+            u_r,
+            slip: [along, across, outward],
+            rate: zero,
+            unconvected: [zero; 3],
+        };
+        if EXTRAS {
+            motion.rate = self.rate(simd, group);
+            motion.unconvected = motion.slip;
+            let convected = self.convected(simd, group);
+            let axes = if L::RADIAL { 3 } else { 2 };
+            for (slip, part) in motion.slip[..axes].iter_mut().zip(convected) {
+                *slip = *slip + part;
+            }
+        }
+        motion
+    }
+
+    /// The velocity `du_r/dt`, for damping of the contact; zero where there is none.
+    #[inline(always)]
+    fn rate<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Vector<S, K> {
+        let mut rate = Vector::splat(simd, 0.0);
+        if EXTRAS && !self.damping.is_none() {
+            for (i, &v) in self.query.v[..self.nodes.modes].iter().enumerate() {
+                let r = group.row(simd, i, |row| &row.r);
+                rate = r.mul_add(Vector::splat(simd, v), rate);
+            }
+        }
+        rate
+    }
+
+    /// What of the slip velocity is `Omega x u`.
+    #[inline(always)]
+    fn convected<S: Simd, const K: usize>(
+        &self,
+        simd: S,
+        group: &Group<'_, K>,
+    ) -> [Vector<S, K>; 3] {
+        let mut sums = [Vector::splat(simd, 0.0); 3];
+        let mut rows: [&[Rows]; K] = [&[]; K];
+        for (rows, place) in rows.iter_mut().zip(group.places) {
+            *rows = convected(self.nodes, place.block);
+        }
+        for (i, &q) in self.query.q[..rows[0].len()].iter().enumerate() {
+            let q = Vector::splat(simd, q);
+            let row = |of: fn(&Rows) -> &Eight| {
+                Vector::beside(
+                    simd,
+                    #[inline(always)]
+                    |k| of(&rows[k][i]).part(simd, group.places[k].part),
+                )
+            };
+            sums[0] = row(|row| &row.s).mul_add(q, sums[0]);
+            sums[1] = row(|row| &row.t).mul_add(q, sums[1]);
+            sums[2] = row(|row| &row.r).mul_add(q, sums[2]);
+        }
+        sums
     }
 
     /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
@@ -234,11 +302,37 @@ impl<L: Law> Traction<'_, '_, L> {
         let gap = stiffness.mul_add(motion.u_r, group.load(simd, |block| &block.pre_stress));
         let area = group.load(simd, |block| &block.area);
         let contact = self.query.contact;
-        let normal = contact.stress(group.first, gap) * area;
-        let pressing = || contact.pressing(group.first, gap, stiffness * area);
+        let mut stress = contact.stress(group.first, gap);
+        let mut pressing = zero;
+        if EXTRAS {
+            let at = [gap, stress, stiffness, motion.rate];
+            let dashpot = self.damping.dashpot(contact, group.first, at);
+            stress = stress + dashpot.stress;
+            pressing = dashpot.stiffness * area;
+            if let Some(record) = &mut self.query.record
+                && !self.damping.is_none()
+            {
+                let kept = &mut record[viscosities(self.nodes.blocks.len())..];
+                let viscosity = dashpot.viscosity * area;
+                for k in 0..K {
+                    let place = group.places[k];
+                    viscosity.one(k).store(&mut kept[place.block], place.part);
+                }
+            }
+            if self.query.audited {
+                let lost = dashpot.stress * area * motion.rate;
+                for k in 0..K {
+                    *power = *power - lost.one(k);
+                }
+            }
+        }
+        let normal = stress * area;
+        if !EXTRAS && self.query.record.is_some() {
+            pressing = contact.pressing(group.first, gap, stiffness * area);
+        }
         if !L::SLIDES {
             if let Some(record) = &mut self.query.record {
-                NodeSlopes::frictionless(simd, pressing()).keep(record, group.first);
+                NodeSlopes::frictionless(simd, pressing).keep(record, group.first);
             }
             return [zero, zero, normal];
         }
@@ -254,7 +348,7 @@ impl<L: Law> Traction<'_, '_, L> {
             let drag = normal * ratio;
             let inverse = speed.same(1.0) / speed;
             let slopes = NodeSlopes {
-                stiffness: pressing(),
+                stiffness: pressing,
                 coefficient: ratio * speed,
                 drag,
                 bend: normal * slope,
@@ -267,10 +361,15 @@ impl<L: Law> Traction<'_, '_, L> {
         };
         if self.query.audited {
             let steady_friction = group.load(simd, |block| &block.steady_friction);
-            let vibration = along - group.load(simd, |block| &block.speed);
+            let [own_along, own_across, own_outward] = match EXTRAS {
+                true => motion.unconvected,
+                false => motion.slip,
+            };
+            let steady_speed = group.load(simd, |block| &block.speed);
+            let vibration = own_along - steady_speed;
             let mut lost = drag.mul_add(along, steady_friction) * vibration;
-            lost = (drag * across).mul_add(across, lost);
-            lost = (drag * outward).mul_add(outward, lost);
+            lost = (drag * across).mul_add(own_across, lost);
+            lost = (drag * outward).mul_add(own_outward, lost);
             for k in 0..K {
                 *power = *power - lost.one(k);
             }

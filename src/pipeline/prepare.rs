@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
 use crate::dynamics::{Accuracy, Integrator, Method, System};
-use crate::joint::{BallJoint, Joint};
+use crate::joint::{BallJoint, ContactDamping, Joint};
 use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
 
 /// A system ready to start.
@@ -81,17 +81,22 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     }
 }
 
-/// The integrator of a scene for its system. A small system has jumps, of which nothing but
-/// stopping at them makes sense.
+/// The integrator of a scene for its system. A small system has jumps, and so has a contact with dashpots,
+/// of which nothing but stopping at them makes sense.
 pub(super) fn integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
     check_step(&scene.integrator, system.omega())?;
     let integrator = Integrator::new(method(&scene.integrator), system)?;
-    Ok(match (&scene.subject, scene.integrator.events) {
-        (SubjectSpec::Joint(_), Events::Through) => integrator,
-        (SubjectSpec::Joint(_), Events::Exact) | (SubjectSpec::Small(_), _) => {
-            integrator.with_events(system)?
-        }
-    })
+    let jumps = match &scene.subject {
+        SubjectSpec::Small(_) => true,
+        SubjectSpec::Joint(joint) => matches!(
+            joint.spec.contact.damping,
+            ContactDamping::KelvinVoigt { .. }
+        ),
+    };
+    match jumps || scene.integrator.events == Events::Exact {
+        true => Ok(integrator.with_events(system)?),
+        false => Ok(integrator),
+    }
 }
 
 /// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.

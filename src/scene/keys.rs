@@ -257,6 +257,9 @@ keys! {
     ROTATION: Vector = "rotation.rad_s", Default("[0.7071067811865476, 0.7071067811865476, 0]"),
         Vector { component: number(RadianPerSecond, Range::Closed(-1e4, 1e4)) };
 
+    /// Whether the turning of the vibration with the ball, Omega x u, is part of the slip velocity, as Eq. (4) can be read; about 1e-4 of the rest.
+    CONVECTION: Flag = "rotation.convection", Default("false"), Flag;
+
     /// Number of contact nodes.
     NODES: Count = "contact.nodes", Default("100"), Count { min: 1, max: 10_000 };
     /// Where the nodes are: rings of cells, or a Gauss rule in the weight of the Hertz pressure.
@@ -274,13 +277,25 @@ keys! {
     /// Whether contact nodes can lift off, Eq. (2).
     UNILATERAL: Flag = "contact.unilateral", Default("true"), Flag;
 
-    /// The law of friction: Eq. (5).
+    /// Damping of the contact: a dashpot beside each node's spring, whose force jumps at lift-off, where steps then end whatever `time.events` says; or one in proportion to the spring's stress, which lets go smoothly.
+    DAMPING_LAW: Choice<DampingLaw> = "contact_damping.law", Required,
+        Choice { options: &[("kelvin-voigt", DampingLaw::KelvinVoigt), ("hunt-crossley", DampingLaw::HuntCrossley)] };
+    /// Retardation time of the dashpot, its viscosity by the contact stiffness.
+    RETARDATION: Number = "contact_damping.retardation_time_us", Else("required with `kelvin-voigt`"),
+        number(Microsecond, Range::Positive(1e4));
+    /// Dissipation `chi`: the stress is that of the spring times 1 + chi du_r/dt.
+    DISSIPATION: Number = "contact_damping.dissipation_s_per_m", Else("required with `hunt-crossley`"),
+        number(SecondPerMetre, Range::Positive(100.0));
+
+    /// The law of friction: Eq. (5), or without its fall, or none, which is the same as no table.
     LAW: Choice<Law> = "friction.law", Default("\"stribeck\""),
-        Choice { options: &[("stribeck", Law::Stribeck)] };
+        Choice { options: &[("stribeck", Law::Stribeck), ("constant", Law::Constant), ("none", Law::None)] };
+    /// Coefficient of friction.
+    MU: Number = "friction.mu", Else("required with `constant`"), number(One, Range::Closed(0.0, 10.0));
     /// Static coefficient of friction.
-    MU_S: Number = "friction.mu_s", Required, number(One, Range::Closed(0.0, 10.0));
+    MU_S: Number = "friction.mu_s", Else("required with `stribeck`"), number(One, Range::Closed(0.0, 10.0));
     /// Kinetic coefficient of friction; usually at most the static one.
-    MU_D: Number = "friction.mu_d", Required, number(One, Range::Closed(0.0, 10.0));
+    MU_D: Number = "friction.mu_d", Else("required with `stribeck`"), number(One, Range::Closed(0.0, 10.0));
     /// Slope factor of the creep region, `d` of Eq. (5); the larger, the sharper the rise at rest.
     CREEP_SLOPE: Number = "friction.creep_slope_s_per_m", Default("1000"),
         number(SecondPerMetre, Range::Positive(1e6));
@@ -529,8 +544,21 @@ pub(super) static ADVICE: [(f64, &Key<Text>); 4] = [
 /// The friction laws by name; their parameters are keys of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Law {
+    /// No friction.
+    None,
+    /// A constant coefficient, smoothed at rest.
+    Constant,
     /// Eq. (5).
     Stribeck,
+}
+
+/// The laws of contact damping by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DampingLaw {
+    /// A dashpot beside the spring.
+    KelvinVoigt,
+    /// In proportion to the spring's stress.
+    HuntCrossley,
 }
 
 /// The ways to follow neighbours by name; the radius is a key of its own.

@@ -19,6 +19,9 @@ mod small_tests;
 #[cfg(test)]
 mod tests;
 
+#[cfg(test)]
+mod effects_tests;
+
 pub use accuracy::{Advised, LONGEST_STEP};
 pub use error::{Fault, Place, SceneError, SceneWarning};
 pub use keys::key_reference;

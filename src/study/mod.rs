@@ -3,6 +3,7 @@
 pub mod basins;
 pub mod calibrate;
 pub mod cost;
+pub mod effects;
 pub mod growth;
 pub mod lyapunov;
 pub mod paper;

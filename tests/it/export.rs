@@ -2,7 +2,7 @@
 
 use squeakscope::dynamics::System;
 use squeakscope::export::{ModelArrays, SamplesSink, read_model, read_npz, write_model};
-use squeakscope::joint::{BallJoint, Friction, Joint};
+use squeakscope::joint::{BallJoint, Constant, ContactDamping, Friction, Joint, Model};
 use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::Scene;
 
@@ -70,6 +70,33 @@ fn other_models_and_broken_files() {
     write_model(&path, &ModelArrays::new(model.clone(), vec![0.0; 22])).unwrap();
     let back = read_model(&path).unwrap().model;
     assert_eq!((back.friction, back.unilateral), (Friction::None, false));
+    let level = Constant {
+        mu: 0.3,
+        creep: 500.0,
+    };
+    let effects = Model {
+        friction: Friction::Constant {
+            law: level,
+            radial: false,
+        },
+        convection: Some([0.1, 0.2, 0.3]),
+        ..model
+    };
+    for contact_damping in [
+        ContactDamping::KelvinVoigt { time: 1e-7 },
+        ContactDamping::HuntCrossley { dissipation: 2.0 },
+    ] {
+        let model = Model {
+            contact_damping,
+            ..effects.clone()
+        };
+        write_model(&path, &ModelArrays::new(model.clone(), vec![0.0; 22])).unwrap();
+        let back = read_model(&path).unwrap().model;
+        assert_eq!(
+            (back.friction, back.contact_damping, back.convection),
+            (model.friction, contact_damping, model.convection)
+        );
+    }
     std::fs::write(&path, b"not a zip").unwrap();
     assert!(read_model(&path).is_err());
     squeakscope::export::write_npz(&path, &[]).unwrap();

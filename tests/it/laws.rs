@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Integrator, Method};
-use squeakscope::joint::{Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
+use squeakscope::joint::{ContactDamping, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
 
 /// The exact cycle of mass, spring and normal load of one on a belt at 0.2, for friction that falls
 /// at once from 1 to 0.5 when the mass breaks loose: slip for 2 (pi - atan(0.5/0.2)), stick for 5.
@@ -24,6 +24,8 @@ fn belt(friction: Friction) -> Model {
         sliding_velocity: vec![[-0.2, 0.0, 0.0]],
         friction,
         unilateral: true,
+        contact_damping: ContactDamping::None,
+        convection: None,
         probe: vec![1.0],
     }
 }

@@ -62,7 +62,16 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
     let feeds = [
         (&[Cause::Slope][..], SKY, "slope"),
         (&[Cause::Coupling], BLUE, "coupling"),
-        (&[Cause::Direction, Cause::Structure], PALE, "damping"),
+        (
+            &[
+                Cause::Direction,
+                Cause::Structure,
+                Cause::ContactDamping,
+                Cause::Convection,
+            ],
+            PALE,
+            "damping",
+        ),
     ];
     // Bars that feed stand upon each other, and so do those that damp.
     let mut ends = vec![[0.0_f64; 2]; modes.len()];

@@ -20,9 +20,13 @@ fn model(nodes: usize, modes: usize, friction: Friction, unilateral: bool) -> Mo
 /// The joint as it is built in, and by a law of one's own that says the same.
 fn built(model: &Model) -> Vec<Joint> {
     let mut joints = vec![Joint::new(model).with_audit()];
-    if let Friction::Stribeck { law, radial } = model.friction {
-        joints.push(Joint::with_friction(model, Arc::new(law), radial).with_audit());
-    }
+    let radial = model.friction.radial();
+    let own: Option<Arc<dyn FrictionLaw>> = match model.friction {
+        Friction::None => None,
+        Friction::Constant { law, .. } => Some(Arc::new(law)),
+        Friction::Stribeck { law, .. } => Some(Arc::new(law)),
+    };
+    joints.extend(own.map(|law| Joint::with_friction(model, law, radial).with_audit()));
     joints
 }
 
@@ -44,11 +48,16 @@ fn friction_power(joint: &Joint, z: &[f64]) -> (f64, f64) {
     for k in 0..joint.contact_nodes() {
         let action = joint.node_action(k, &z[..m], &z[m..2 * m]);
         let steady = joint.node_action(k, &rest, &rest);
+        // The vibration alone: with no displacement there is no `Omega x u`.
+        let moving = joint.node_action(k, &rest, &z[m..2 * m]);
         for c in 0..3 {
-            let vibration = action.slip[c] - steady.slip[c];
+            let vibration = moving.slip[c] - steady.slip[c];
             power += (action.friction[c] - steady.friction[c]) * vibration;
             size += (action.friction[c].abs() + steady.friction[c].abs()) * vibration.abs();
         }
+        let rate = moving.slip[2] - steady.slip[2];
+        power -= action.dashpot * rate;
+        size += (action.dashpot * rate).abs();
     }
     (power, size)
 }
@@ -90,13 +99,22 @@ fn the_hot_loop_is_the_scalar_loop() {
         let modes = [11, 4, 13][nodes % 3];
         for friction in frictions() {
             for unilateral in [true, false] {
-                let model = model(nodes, modes, friction, unilateral);
+                let mut model = model(nodes, modes, friction, unilateral);
+                // With damping of the contact, with `Omega x u` (much faster than it is), with both.
+                let extras = (nodes + usize::from(unilateral)) % 6;
+                model.contact_damping = [
+                    ContactDamping::None,
+                    ContactDamping::KelvinVoigt { time: 2e-6 },
+                    ContactDamping::HuntCrossley { dissipation: 5.0 },
+                ][extras % 3];
+                model.convection = (extras > 2).then_some([900.0, -300.0, 500.0]);
                 for mut joint in built(&model) {
                     for machine in machines() {
                         joint.arch = machine;
                         for (kind, z) in states(&joint).iter().enumerate() {
-                            let case =
-                                format!("{nodes} nodes, {friction:?}, {machine:?}, state {kind}");
+                            let case = format!(
+                                "{nodes} nodes, {friction:?}, extras {extras}, {machine:?}, state {kind}"
+                            );
                             assert_scalar(&model, &joint, z, &case);
                         }
                     }

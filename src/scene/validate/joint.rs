@@ -3,17 +3,25 @@
 use super::tilt::tilt;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
-    BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket, Stribeck,
+    BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, JointSpec, MOST_MODES,
+    PUBLISHED, Socket, Stribeck,
 };
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
-use crate::scene::keys::{self, Law};
-use crate::scene::kind::Numbers;
+use crate::scene::keys::{self, DampingLaw, Key, Law};
+use crate::scene::kind::{Number, Numbers};
 use crate::scene::subject::TiltedJoint;
 
 /// The tables that only a joint has.
-pub(super) const TABLES: [&str; 7] = [
-    "body", "socket", "load", "rotation", "contact", "friction", "damping",
+pub(super) const TABLES: [&str; 8] = [
+    "body",
+    "socket",
+    "load",
+    "rotation",
+    "contact",
+    "contact_damping",
+    "friction",
+    "damping",
 ];
 
 pub(super) fn tilted(document: &Document<'_>) -> Result<TiltedJoint, SceneError> {
@@ -30,6 +38,7 @@ fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
         load: document.get(&keys::LOAD)?,
         azimuth: document.get(&keys::AZIMUTH)?,
         rotation: rotation(document)?,
+        convection: document.get(&keys::CONVECTION)?,
         contact: Contact {
             nodes: document.get(&keys::NODES)?,
             quadrature: document.get(&keys::QUADRATURE)?,
@@ -37,6 +46,7 @@ fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
             stiffness: document.get(&keys::STIFFNESS)?,
             radius_factor: document.get(&keys::RADIUS_FACTOR)?,
             unilateral: document.get(&keys::UNILATERAL)?,
+            damping: contact_damping(document)?,
         },
         friction: friction(document)?,
         damping: damping(document, body.families.count())?,
@@ -206,19 +216,82 @@ fn rotation(document: &Document<'_>) -> Result<[f64; 3], SceneError> {
 }
 
 fn friction(document: &Document<'_>) -> Result<Friction, SceneError> {
+    use keys::{CREEP_SLOPE, MU, MU_D, MU_S, RADIAL, STRIBECK_SLOPE};
     if !document.has("friction") {
         return Ok(Friction::None);
     }
-    match document.get(&keys::LAW)? {
-        Law::Stribeck => Ok(Friction::Stribeck {
-            law: Stribeck {
-                mu_s: document.get(&keys::MU_S)?,
-                mu_d: document.get(&keys::MU_D)?,
-                creep: document.get(&keys::CREEP_SLOPE)?,
-                stribeck: document.get(&keys::STRIBECK_SLOPE)?,
+    let law = document.get(&keys::LAW)?;
+    let others: &[&Key<Number>] = match law {
+        Law::None => &[&MU, &MU_S, &MU_D, &CREEP_SLOPE, &STRIBECK_SLOPE],
+        Law::Constant => &[&MU_S, &MU_D, &STRIBECK_SLOPE],
+        Law::Stribeck => &[&MU],
+    };
+    refuse(document, others, keys::LAW.path)?;
+    let radial = document.get(&RADIAL)?;
+    Ok(match law {
+        Law::None => Friction::None,
+        Law::Constant => Friction::Constant {
+            law: Constant {
+                mu: needed(document, &MU)?,
+                creep: document.get(&CREEP_SLOPE)?,
             },
-            radial: document.get(&keys::RADIAL)?,
-        }),
+            radial,
+        },
+        Law::Stribeck => Friction::Stribeck {
+            law: Stribeck {
+                mu_s: needed(document, &MU_S)?,
+                mu_d: needed(document, &MU_D)?,
+                creep: document.get(&CREEP_SLOPE)?,
+                stribeck: document.get(&STRIBECK_SLOPE)?,
+            },
+            radial,
+        },
+    })
+}
+
+fn contact_damping(document: &Document<'_>) -> Result<ContactDamping, SceneError> {
+    use keys::{DISSIPATION, RETARDATION};
+    if !document.has("contact_damping") {
+        return Ok(ContactDamping::None);
+    }
+    let law = document.get(&keys::DAMPING_LAW)?;
+    let other = match law {
+        DampingLaw::KelvinVoigt => &DISSIPATION,
+        DampingLaw::HuntCrossley => &RETARDATION,
+    };
+    refuse(document, &[other], keys::DAMPING_LAW.path)?;
+    Ok(match law {
+        DampingLaw::KelvinVoigt => ContactDamping::KelvinVoigt {
+            time: needed(document, &RETARDATION)?,
+        },
+        DampingLaw::HuntCrossley => ContactDamping::HuntCrossley {
+            dissipation: needed(document, &DISSIPATION)?,
+        },
+    })
+}
+
+/// A number that the law chosen needs.
+fn needed(document: &Document<'_>, key: &Key<Number>) -> Result<f64, SceneError> {
+    match document.find(key)? {
+        Some(number) => Ok(number),
+        None => Err(document.missing(key)),
+    }
+}
+
+/// Numbers that the law chosen does not have must not be given: they would change nothing.
+fn refuse(
+    document: &Document<'_>,
+    keys: &[&Key<Number>],
+    law: &'static str,
+) -> Result<(), SceneError> {
+    match keys.iter().find(|key| document.has(key.path)) {
+        None => Ok(()),
+        Some(key) => Err(document.inconsistent(
+            key.path,
+            &[law],
+            "the law chosen has no such number",
+            format!("leave it out, or choose another {law}"),
+        )),
     }
 }
 

@@ -1,0 +1,156 @@
+//! What few scenes ask of the nodes beside friction: damping of the contact, and the part `Omega x u` of the
+//! slip velocity. The hot loop is compiled with and without them; here is what they add to it, and to the
+//! derivative.
+//!
+//! With the symbols of [`NodeSlopes`](super::record::NodeSlopes), contact damping changes the normal force
+//! with the velocity `du_r/dt`, by `c` (N s/m), and friction with it; `Omega x u` changes the slip velocity
+//! with the displacement, by the rows `W_i` of `Omega x Phi_i`:
+//!
+//! ```text
+//! df_i/dv_j += -sum over nodes of c (mu w_i + Phi_i.e_r) (Phi_j.e_r)
+//! df_i/dq_j += -sum over nodes of N g Phi_i . W_j + N (dmu/dV - mu/V) w_i (h . W_j)
+//! ```
+
+use pulp::{Simd, WithSimd};
+
+use super::ContactDamping;
+use super::lanes::{LANES, Vector, parts};
+use super::lift_off::LiftOff;
+use super::nodes::{Nodes, Rows};
+use super::record::{KEPT, NodeSlopes};
+
+/// What a contact does that resists the speed at which it closes.
+#[derive(Clone, Copy)]
+pub(crate) struct Dashpot<S: Simd, const K: usize> {
+    /// Stress of the damping alone, Pa.
+    pub stress: Vector<S, K>,
+    /// How the whole normal stress changes with the displacement, N/m^3; zero for open nodes.
+    pub stiffness: Vector<S, K>,
+    /// How it changes with the velocity, N s/m^3; zero for open nodes.
+    pub viscosity: Vector<S, K>,
+}
+
+impl ContactDamping {
+    /// Whether there is none.
+    pub fn is_none(self) -> bool {
+        self == Self::None
+    }
+
+    /// The damping of nodes of the vectors from `first` on, whose spring's stress is `spring` (Pa), at
+    /// the velocity `rate = du_r/dt` (m/s).
+    #[inline(always)]
+    pub(crate) fn dashpot<S: Simd, const K: usize>(
+        self,
+        contact: LiftOff<'_>,
+        first: usize,
+        [gap, spring, stiffness, rate]: [Vector<S, K>; 4],
+    ) -> Dashpot<S, K> {
+        let pressing = contact.pressing(first, gap, stiffness);
+        let (factor, viscosity) = match self {
+            Self::None => (gap.same(1.0), gap.same(0.0)),
+            Self::KelvinVoigt { time } => (gap.same(1.0), pressing * gap.same(time)),
+            Self::HuntCrossley { dissipation } => (
+                rate.mul_add(gap.same(dissipation), gap.same(1.0)),
+                spring * gap.same(dissipation),
+            ),
+        };
+        Dashpot {
+            stress: viscosity * rate,
+            stiffness: pressing * factor,
+            viscosity,
+        }
+    }
+
+    /// The same at one node, pressed if `closed`: stress of the damping, Pa.
+    pub(crate) fn stress(self, closed: bool, spring: f64, stiffness: f64, rate: f64) -> f64 {
+        match self {
+            Self::KelvinVoigt { time } if closed => stiffness * time * rate,
+            Self::HuntCrossley { dissipation } => spring * dissipation * rate,
+            Self::None | Self::KelvinVoigt { .. } => 0.0,
+        }
+    }
+}
+
+/// Where the viscosities (N s/m) of the nodes are kept in a record: behind their other slopes, eight a
+/// block.
+#[inline(always)]
+pub(crate) fn viscosities(blocks: usize) -> usize {
+    blocks * KEPT
+}
+
+/// Adds to an assembled Jacobian of the force what damping of the contact and `Omega x u` do to it.
+pub(crate) struct Addition<'a> {
+    pub nodes: &'a Nodes,
+    /// Whether friction acts on the radial component.
+    pub radial: bool,
+    pub kept: &'a [[f64; LANES]],
+    /// Scratch, `2 m^2`.
+    pub sums: &'a mut [[f64; LANES]],
+    /// The Jacobian, `m x 2m`, row-major.
+    pub matrix: &'a mut [f64],
+}
+
+impl WithSimd for Addition<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let m = self.nodes.modes;
+        let zero = Vector::splat(simd, 0.0);
+        let viscosities = &self.kept[viscosities(self.nodes.blocks.len())..];
+        self.sums.fill([0.0; LANES]);
+        let (by_q, by_v) = self.sums.split_at_mut(m * m);
+        for (block, (_, rows)) in self.nodes.iter().enumerate() {
+            for part in 0..parts::<S>() {
+                let slopes = NodeSlopes::load(simd, self.kept, block, part);
+                let [h_s, h_t, h_r] = slopes.direction;
+                // Adds the force (N) that a unit of mode `j` brings, by the stress and by the slip.
+                let add = |sums: &mut [[f64; LANES]],
+                           j: usize,
+                           normal: Vector<S>,
+                           slip: [Vector<S>; 3]| {
+                    let [s, t, r] = slip;
+                    let turned = h_r.mul_add(r, h_t.mul_add(t, h_s * s));
+                    let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
+                    let along = slopes.drag.mul_add(s, pull * h_s);
+                    let across = slopes.drag.mul_add(t, pull * h_t);
+                    let outward = slopes.drag.mul_add(r, pull.mul_add(h_r, normal));
+                    for (i, row) in rows.iter().enumerate() {
+                        let sum = &mut sums[i * m + j];
+                        let [s, t, r] = row.part(simd, part);
+                        let mut total = Vector::load(simd, sum, 0);
+                        total = s.mul_add(along, total);
+                        total = t.mul_add(across, total);
+                        r.mul_add(outward, total).store(sum, 0);
+                    }
+                };
+                if let Some(viscosity) = viscosities.get(block) {
+                    let viscosity = Vector::load(simd, viscosity, part);
+                    for (j, row) in rows.iter().enumerate() {
+                        add(by_v, j, viscosity * row.r.part(simd, part), [zero; 3]);
+                    }
+                }
+                for (j, row) in convected(self.nodes, block).iter().enumerate() {
+                    let [s, t, r] = row.part(simd, part);
+                    let r = if self.radial { r } else { zero };
+                    add(by_q, j, zero, [s, t, r]);
+                }
+            }
+        }
+        for i in 0..m {
+            for j in 0..m {
+                self.matrix[i * 2 * m + j] -= Vector::load(simd, &by_q[i * m + j], 0).sum();
+                self.matrix[i * 2 * m + m + j] -= Vector::load(simd, &by_v[i * m + j], 0).sum();
+            }
+        }
+    }
+}
+
+/// The rows of `Omega x Phi_i` at a block; none where that is no part of the slip velocity.
+#[inline(always)]
+pub(crate) fn convected(nodes: &Nodes, block: usize) -> &[Rows] {
+    match nodes.convected.is_empty() {
+        true => &[],
+        false => &nodes.convected[block * nodes.modes..][..nodes.modes],
+    }
+}
