@@ -5,6 +5,7 @@
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
+//! * [`off`]: what an effect costs that is left out.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
 
@@ -23,6 +24,9 @@ pub mod sweeps {}
 #[doc = include_str!("cost.md")]
 #[doc = include_str!("cost.html")]
 pub mod cost {}
+
+#[doc = include_str!("off.md")]
+pub mod off {}
 
 #[doc = include_str!("peers.md")]
 pub mod peers {}

@@ -13,13 +13,13 @@ use crate::dynamics::{Differentiable, System};
 pub(crate) const WORTH_ASSEMBLING: usize = 7;
 
 /// The parts of a record.
-struct Parts<'a> {
+pub(super) struct Parts<'a> {
     /// Each node's derivative.
-    kept: &'a mut [[f64; LANES]],
+    pub kept: &'a mut [[f64; LANES]],
     /// Sums over the nodes on their way.
-    sums: &'a mut [[f64; LANES]],
+    pub sums: &'a mut [[f64; LANES]],
     /// The Jacobian of the force, `m x 2m`, row-major.
-    matrix: &'a mut [f64],
+    pub matrix: &'a mut [f64],
 }
 
 impl Joint {
@@ -33,7 +33,7 @@ impl Joint {
         ]
     }
 
-    fn parts_of<'a>(&self, record: &'a mut [f64]) -> Parts<'a> {
+    pub(super) fn parts_of<'a>(&self, record: &'a mut [f64]) -> Parts<'a> {
         let [kept, sums, matrix] = self.record_parts();
         let (kept, rest) = record.split_at_mut(kept);
         let (sums, rest) = rest.split_at_mut(sums);
@@ -49,8 +49,8 @@ impl Joint {
         let Parts { kept, sums, matrix } = self.parts_of(record);
         let nodes = &self.nodes;
         macro_rules! assemble {
-            ($radial:literal) => {
-                self.arch.dispatch(Assembly::<$radial> {
+            ($axes:literal) => {
+                self.arch.dispatch(Assembly::<$axes> {
                     nodes,
                     kept: &*kept,
                     sums: &mut *sums,
@@ -58,10 +58,10 @@ impl Joint {
                 })
             };
         }
-        if self.law.radial() {
-            assemble!(true);
-        } else {
-            assemble!(false);
+        match (self.law.law(), self.law.radial()) {
+            (None, _) => assemble!(0),
+            (_, false) => assemble!(2),
+            (_, true) => assemble!(3),
         }
         if self.has_extras() {
             self.arch.dispatch(Addition {
@@ -104,8 +104,8 @@ impl Joint {
         let kept = &*self.parts_of(record).kept;
         let nodes = &self.nodes;
         macro_rules! sweep {
-            ($radial:literal) => {
-                self.arch.dispatch(Swept::<$radial> {
+            ($axes:literal) => {
+                self.arch.dispatch(Swept::<$axes> {
                     nodes,
                     kept,
                     vectors,
@@ -114,10 +114,10 @@ impl Joint {
                 })
             };
         }
-        if self.law.radial() {
-            sweep!(true);
-        } else {
-            sweep!(false);
+        match (self.law.law(), self.law.radial()) {
+            (None, _) => sweep!(0),
+            (_, false) => sweep!(2),
+            (_, true) => sweep!(3),
         }
     }
 }

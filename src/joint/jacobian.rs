@@ -47,8 +47,8 @@ impl Joint {
 }
 
 /// The derivative applied to tangent vectors node by node.
-/// `RADIAL`: whether friction acts on the radial component.
-pub(crate) struct Swept<'a, const RADIAL: bool> {
+/// `AXES`: how many components of a node's frame friction acts on, see [`Law`](super::law::Law).
+pub(crate) struct Swept<'a, const AXES: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// `2m x width`.
@@ -58,7 +58,7 @@ pub(crate) struct Swept<'a, const RADIAL: bool> {
     pub out: &'a mut [f64],
 }
 
-impl<const RADIAL: bool> WithSimd for Swept<'_, RADIAL> {
+impl<const AXES: usize> WithSimd for Swept<'_, AXES> {
     type Output = ();
 
     #[inline(always)]
@@ -82,7 +82,7 @@ impl<const RADIAL: bool> WithSimd for Swept<'_, RADIAL> {
     }
 }
 
-impl<const RADIAL: bool> Swept<'_, RADIAL> {
+impl<const AXES: usize> Swept<'_, AXES> {
     /// One pass over the nodes with `K` vectors from `first` on.
     #[inline(always)]
     fn sweep<S: Simd, const K: usize>(
@@ -105,12 +105,14 @@ impl<const RADIAL: bool> Swept<'_, RADIAL> {
                     let dq = &dq[i * width + first..][..K];
                     let dv = &dv[i * width + first..][..K];
                     for l in 0..K {
-                        let v = Vector::splat(simd, dv[l]);
                         u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
-                        along[l] = s.mul_add(v, along[l]);
-                        across[l] = t.mul_add(v, across[l]);
-                        if RADIAL {
-                            outward[l] = r.mul_add(v, outward[l]);
+                        if AXES > 0 {
+                            let v = Vector::splat(simd, dv[l]);
+                            along[l] = s.mul_add(v, along[l]);
+                            across[l] = t.mul_add(v, across[l]);
+                            if AXES == 3 {
+                                outward[l] = r.mul_add(v, outward[l]);
+                            }
                         }
                     }
                 }
@@ -119,14 +121,18 @@ impl<const RADIAL: bool> Swept<'_, RADIAL> {
                 let [h_s, h_t, h_r] = slopes.direction;
                 for l in 0..K {
                     let normal = slopes.stiffness * u_r[l];
+                    if AXES == 0 {
+                        outward[l] = normal;
+                        continue;
+                    }
                     let mut turned = h_t.mul_add(across[l], h_s * along[l]);
-                    if RADIAL {
+                    if AXES == 3 {
                         turned = h_r.mul_add(outward[l], turned);
                     }
                     let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
                     along[l] = slopes.drag.mul_add(along[l], pull * h_s);
                     across[l] = slopes.drag.mul_add(across[l], pull * h_t);
-                    outward[l] = if RADIAL {
+                    outward[l] = if AXES == 3 {
                         slopes.drag.mul_add(outward[l], pull.mul_add(h_r, normal))
                     } else {
                         normal
@@ -135,8 +141,10 @@ impl<const RADIAL: bool> Swept<'_, RADIAL> {
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let [s, t, r] = row.part(simd, part);
                     for (l, sum) in sums.iter_mut().enumerate() {
-                        let with_along = s.mul_add(along[l], *sum);
-                        *sum = r.mul_add(outward[l], t.mul_add(across[l], with_along));
+                        if AXES > 0 {
+                            *sum = t.mul_add(across[l], s.mul_add(along[l], *sum));
+                        }
+                        *sum = r.mul_add(outward[l], *sum);
                     }
                 }
             }
@@ -150,8 +158,8 @@ impl<const RADIAL: bool> Swept<'_, RADIAL> {
 }
 
 /// The Jacobian of the force, assembled.
-/// `RADIAL`: whether friction acts on the radial component.
-pub(crate) struct Assembly<'a, const RADIAL: bool> {
+/// `AXES`: how many components of a node's frame friction acts on, see [`Law`](super::law::Law).
+pub(crate) struct Assembly<'a, const AXES: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// Scratch, `2 m^2`.
@@ -164,10 +172,11 @@ pub(crate) struct Assembly<'a, const RADIAL: bool> {
 const TILE: usize = 4;
 
 /// What the rows of the Jacobian need of one mode at some nodes: the change of the force on the
-/// mode with the slip velocity (three components), and with the radial displacement.
+/// mode with the slip velocity (three components, of which friction needs the first `AXES`), and with the
+/// radial displacement.
 type Weighed<S> = [Vector<S>; 4];
 
-impl<const RADIAL: bool> WithSimd for Assembly<'_, RADIAL> {
+impl<const AXES: usize> WithSimd for Assembly<'_, AXES> {
     type Output = ();
 
     #[inline(always)]
@@ -177,20 +186,30 @@ impl<const RADIAL: bool> WithSimd for Assembly<'_, RADIAL> {
         let units = self.nodes.blocks.len() * parts::<S>();
         // As many nodes at once as there is room for; more modes, fewer nodes.
         let room = MOST_MODES / m;
-        self.sums.fill([0.0; LANES]);
+        let used = if AXES == 0 { m * m } else { 2 * m * m };
+        self.sums[..used].fill([0.0; LANES]);
         for first in (0..units).step_by(room) {
             let these = first..units.min(first + room);
             let weighed = &mut weighed[..these.len() * m];
             self.weigh(simd, these.clone(), weighed);
             self.add(simd, these, weighed);
         }
+        // The derivative by `v` is symmetric; without friction it is none, and that by `q` is symmetric.
         for i in 0..m {
-            for j in 0..m {
-                let (high, low) = (i.max(j), i.min(j));
-                let by_q = &self.sums[i * m + j];
-                let by_v = &self.sums[(m + high) * m + low];
-                self.matrix[i * 2 * m + j] = -total(simd, by_q);
-                self.matrix[i * 2 * m + m + j] = -total(simd, by_v);
+            for j in 0..=i {
+                let (lower, upper) = (i * 2 * m + j, j * 2 * m + i);
+                let by_q = -total(simd, &self.sums[i * m + j]);
+                self.matrix[lower] = by_q;
+                self.matrix[upper] = match AXES {
+                    0 => by_q,
+                    _ => -total(simd, &self.sums[j * m + i]),
+                };
+                let by_v = match AXES {
+                    0 => 0.0,
+                    _ => -total(simd, &self.sums[(m + i) * m + j]),
+                };
+                self.matrix[lower + m] = by_v;
+                self.matrix[upper + m] = by_v;
             }
         }
     }
@@ -202,7 +221,7 @@ fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
     Vector::load(simd, lanes, 0).sum()
 }
 
-impl<const RADIAL: bool> Assembly<'_, RADIAL> {
+impl<const AXES: usize> Assembly<'_, AXES> {
     /// Forms what the rows need at the nodes of some vectors.
     #[inline(always)]
     fn weigh<S: Simd>(&self, simd: S, units: std::ops::Range<usize>, weighed: &mut [Weighed<S>]) {
@@ -214,14 +233,21 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
             let rows = &self.nodes.rows[block * m..][..m];
             for (weighed, row) in weighed.iter_mut().zip(rows) {
                 let [s, t, r] = row.part(simd, part);
-                let turned = h_r.mul_add(r, h_t.mul_add(t, h_s * s));
+                if AXES == 0 {
+                    weighed[3] = slopes.stiffness * r;
+                    continue;
+                }
+                let mut turned = h_t.mul_add(t, h_s * s);
+                if AXES == 3 {
+                    turned = h_r.mul_add(r, turned);
+                }
                 let bend = slopes.bend * turned;
-                *weighed = [
-                    slopes.drag.mul_add(s, bend * h_s),
-                    slopes.drag.mul_add(t, bend * h_t),
-                    slopes.drag.mul_add(r, bend * h_r),
-                    slopes.stiffness * slopes.coefficient.mul_add(turned, r),
-                ];
+                weighed[0] = slopes.drag.mul_add(s, bend * h_s);
+                weighed[1] = slopes.drag.mul_add(t, bend * h_t);
+                if AXES == 3 {
+                    weighed[2] = slopes.drag.mul_add(r, bend * h_r);
+                }
+                weighed[3] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
             }
         }
     }
@@ -231,7 +257,8 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
     fn add<S: Simd>(&mut self, simd: S, units: std::ops::Range<usize>, weighed: &[Weighed<S>]) {
         let m = self.nodes.modes;
         for i in (0..m).step_by(TILE) {
-            for j in (0..m).step_by(TILE) {
+            let columns = if AXES == 0 { i + 1 } else { m };
+            for j in (0..columns).step_by(TILE) {
                 macro_rules! tile {
                     ($($rows:literal: [$($columns:literal)*])*) => {
                         match (TILE.min(m - i), TILE.min(m - j)) {
@@ -247,7 +274,8 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
         }
     }
 
-    /// Adds to one tile, both to the derivative by `q` and, on and below the diagonal, by `v`.
+    /// Adds to one tile, both to the derivative by `q` and, on and below the diagonal, by `v` if there is
+    /// friction.
     #[inline(always)]
     fn tile<S: Simd, const I: usize, const J: usize>(
         &mut self,
@@ -275,7 +303,7 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
         }
         store(&sums, by_q, m, [i, j]);
 
-        if j > i {
+        if AXES == 0 || j > i {
             return;
         }
         let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);
@@ -283,8 +311,7 @@ impl<const RADIAL: bool> Assembly<'_, RADIAL> {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
             let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
-            let axes: &[usize] = if RADIAL { &[0, 1, 2] } else { &[0, 1] };
-            for &axis in axes {
+            for axis in 0..AXES {
                 let columns: [Vector<S>; J] =
                     std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
                 for i in 0..I {

@@ -9,7 +9,8 @@ use super::lanes::Vector;
 pub(crate) trait Law {
     /// Whether there is friction at all.
     const SLIDES: bool;
-    /// Whether the radial velocity takes part, as Eq. (8) has it.
+    /// Whether the radial velocity takes part, as Eq. (8) has it. Friction then acts on all three components
+    /// of a node's frame, else on the two tangential ones.
     const RADIAL: bool;
     /// `mu(V)/V` at the given speeds, all positive.
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;

@@ -62,6 +62,16 @@ impl<S: Simd, const K: usize> NodeSlopes<S, K> {
         }
     }
 
+    /// Keeps the stiffness alone, which is all that nodes without friction have.
+    #[inline(always)]
+    pub fn keep_stiffness(stiffness: Vector<S, K>, kept: &mut [[f64; LANES]], first: usize) {
+        for k in 0..K {
+            let place = Place::of::<S>(first + k);
+            let kept = &mut kept[place.block * KEPT];
+            stiffness.one(k).store(kept, place.part);
+        }
+    }
+
     /// Keeps the derivative at the nodes of the vectors from `first` on: [`KEPT`] times eight numbers
     /// a block.
     #[inline(always)]

@@ -13,6 +13,7 @@ use crate::dynamics::{Differentiable, System};
 mod derivative;
 mod extras;
 mod hot_loop;
+mod off_is_free;
 mod switching;
 
 const STRIBECK: Friction = Friction::Stribeck {

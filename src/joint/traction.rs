@@ -28,7 +28,7 @@ use super::record::NodeSlopes;
 
 /// Vectors of nodes side by side. More of them wait less, but need more registers than there are;
 /// where the nodes do not fit the first cache, two are the fastest.
-const TOGETHER: usize = 2;
+pub(super) const TOGETHER: usize = 2;
 
 /// Number of modes in the paper: room for them is made without asking.
 pub(crate) const PAPER_MODES: usize = 11;
@@ -70,9 +70,9 @@ pub(crate) struct Passed {
 }
 
 /// Some vectors of nodes, side by side.
-struct Group<'a, const K: usize> {
+pub(super) struct Group<'a, const K: usize> {
     /// Number of the first vector.
-    first: usize,
+    pub(super) first: usize,
     places: [Place; K],
     blocks: [&'a Block; K],
     /// The rows of all modes.
@@ -81,7 +81,7 @@ struct Group<'a, const K: usize> {
 
 impl<'a, const K: usize> Group<'a, K> {
     #[inline(always)]
-    fn new<S: Simd>(nodes: &'a Nodes, first: usize) -> Self {
+    pub(super) fn new<S: Simd>(nodes: &'a Nodes, first: usize) -> Self {
         let place = Place::of::<S>(first);
         let mut group = Self {
             first,
@@ -100,7 +100,7 @@ impl<'a, const K: usize> Group<'a, K> {
 
     /// Something that blocks have.
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, of: impl Fn(&Block) -> &Eight) -> Vector<S, K> {
+    pub(super) fn load<S: Simd>(&self, simd: S, of: impl Fn(&Block) -> &Eight) -> Vector<S, K> {
         Vector::beside(
             simd,
             #[inline(always)]
@@ -110,7 +110,12 @@ impl<'a, const K: usize> Group<'a, K> {
 
     /// A row of mode `i`.
     #[inline(always)]
-    fn row<S: Simd>(&self, simd: S, i: usize, of: impl Fn(&Rows) -> &Eight) -> Vector<S, K> {
+    pub(super) fn row<S: Simd>(
+        &self,
+        simd: S,
+        i: usize,
+        of: impl Fn(&Rows) -> &Eight,
+    ) -> Vector<S, K> {
         Vector::beside(
             simd,
             #[inline(always)]
@@ -332,7 +337,10 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
         }
         if !L::SLIDES {
             if let Some(record) = &mut self.query.record {
-                NodeSlopes::frictionless(simd, pressing).keep(record, group.first);
+                match EXTRAS {
+                    false => NodeSlopes::keep_stiffness(pressing, record, group.first),
+                    true => NodeSlopes::frictionless(simd, pressing).keep(record, group.first),
+                }
             }
             return [zero, zero, normal];
         }
