@@ -49,8 +49,8 @@ impl Joint {
         let Parts { kept, sums, matrix } = self.parts_of(record);
         let nodes = &self.nodes;
         macro_rules! assemble {
-            ($axes:literal) => {
-                self.arch.dispatch(Assembly::<$axes> {
+            ($weights:literal) => {
+                self.arch.dispatch(Assembly::<$weights> {
                     nodes,
                     kept: &*kept,
                     sums: &mut *sums,
@@ -59,9 +59,9 @@ impl Joint {
             };
         }
         match (self.law.law(), self.law.radial()) {
-            (None, _) => assemble!(0),
-            (_, false) => assemble!(2),
-            (_, true) => assemble!(3),
+            (None, _) => assemble!(1),
+            (_, false) => assemble!(3),
+            (_, true) => assemble!(4),
         }
         if self.has_extras() {
             self.arch.dispatch(Addition {

@@ -68,46 +68,73 @@ impl<const AXES: usize> WithSimd for Swept<'_, AXES> {
         // Two vectors at a time share each row that is read, and their sums stay in registers.
         while first + 2 <= self.width {
             match self.nodes.modes {
-                PAPER_MODES => self.sweep::<S, 2>(simd, first, &mut [[zero; 2]; PAPER_MODES]),
-                m => self.sweep::<S, 2>(simd, first, &mut [[zero; 2]; MOST_MODES][..m]),
+                PAPER_MODES => self.sweep::<S, 2>(
+                    simd,
+                    first,
+                    &mut [[zero; 2]; PAPER_MODES],
+                    &mut [[[0.0; 2]; 2]; PAPER_MODES],
+                ),
+                m => self.sweep::<S, 2>(
+                    simd,
+                    first,
+                    &mut [[zero; 2]; MOST_MODES][..m],
+                    &mut [[[0.0; 2]; 2]; MOST_MODES][..m],
+                ),
             }
             first += 2;
         }
         if first < self.width {
             match self.nodes.modes {
-                PAPER_MODES => self.sweep::<S, 1>(simd, first, &mut [[zero; 1]; PAPER_MODES]),
-                m => self.sweep::<S, 1>(simd, first, &mut [[zero; 1]; MOST_MODES][..m]),
+                PAPER_MODES => self.sweep::<S, 1>(
+                    simd,
+                    first,
+                    &mut [[zero; 1]; PAPER_MODES],
+                    &mut [[[0.0; 2]; 1]; PAPER_MODES],
+                ),
+                m => self.sweep::<S, 1>(
+                    simd,
+                    first,
+                    &mut [[zero; 1]; MOST_MODES][..m],
+                    &mut [[[0.0; 2]; 1]; MOST_MODES][..m],
+                ),
             }
         }
     }
 }
 
 impl<const AXES: usize> Swept<'_, AXES> {
-    /// One pass over the nodes with `K` vectors from `first` on.
+    /// One pass over the nodes with `K` vectors from `first` on, whose displacements and velocities are put
+    /// side by side, a mode at a time.
     #[inline(always)]
     fn sweep<S: Simd, const K: usize>(
         &mut self,
         simd: S,
         first: usize,
         sums: &mut [[Vector<S>; K]],
+        moved: &mut [[[f64; 2]; K]],
     ) {
         let (modes, width) = (sums.len(), self.width);
         let zero = Vector::splat(simd, 0.0);
         let (dq, dv) = self.vectors.split_at(modes * width);
+        for (i, moved) in moved.iter_mut().enumerate() {
+            for (l, moved) in moved.iter_mut().enumerate() {
+                let number = i * width + first + l;
+                *moved = [dq[number], dv[number]];
+            }
+        }
         for (block, (_, rows)) in self.nodes.iter().enumerate() {
             let rows = &rows[..modes];
             for part in 0..parts::<S>() {
                 // The changes of the displacement and of the slip velocity at the nodes.
                 let mut u_r = [zero; K];
                 let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
-                for (i, row) in rows.iter().enumerate() {
+                for (row, moved) in rows.iter().zip(&*moved) {
                     let [s, t, r] = row.part(simd, part);
-                    let dq = &dq[i * width + first..][..K];
-                    let dv = &dv[i * width + first..][..K];
                     for l in 0..K {
-                        u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+                        let [q, v] = moved[l];
+                        u_r[l] = r.mul_add(Vector::splat(simd, q), u_r[l]);
                         if AXES > 0 {
-                            let v = Vector::splat(simd, dv[l]);
+                            let v = Vector::splat(simd, v);
                             along[l] = s.mul_add(v, along[l]);
                             across[l] = t.mul_add(v, across[l]);
                             if AXES == 3 {
@@ -158,8 +185,9 @@ impl<const AXES: usize> Swept<'_, AXES> {
 }
 
 /// The Jacobian of the force, assembled.
-/// `AXES`: how many components of a node's frame friction acts on, see [`Law`](super::law::Law).
-pub(crate) struct Assembly<'a, const AXES: usize> {
+/// `WEIGHTS`: how many numbers its rows need of a mode at a node: one for each component of a node's frame
+/// that friction acts on, and one for the radial displacement.
+pub(crate) struct Assembly<'a, const WEIGHTS: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// Scratch, `2 m^2`.
@@ -172,21 +200,20 @@ pub(crate) struct Assembly<'a, const AXES: usize> {
 const TILE: usize = 4;
 
 /// What the rows of the Jacobian need of one mode at some nodes: the change of the force on the
-/// mode with the slip velocity (three components, of which friction needs the first `AXES`), and with the
-/// radial displacement.
-type Weighed<S> = [Vector<S>; 4];
+/// mode with the slip velocity, and last with the radial displacement.
+type Weighed<S, const WEIGHTS: usize> = [Vector<S>; WEIGHTS];
 
-impl<const AXES: usize> WithSimd for Assembly<'_, AXES> {
+impl<const WEIGHTS: usize> WithSimd for Assembly<'_, WEIGHTS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let m = self.nodes.modes;
-        let mut weighed = [[Vector::splat(simd, 0.0); 4]; MOST_MODES];
+        let mut weighed = [[Vector::splat(simd, 0.0); WEIGHTS]; MOST_MODES];
         let units = self.nodes.blocks.len() * parts::<S>();
         // As many nodes at once as there is room for; more modes, fewer nodes.
         let room = MOST_MODES / m;
-        let used = if AXES == 0 { m * m } else { 2 * m * m };
+        let used = if Self::AXES == 0 { m * m } else { 2 * m * m };
         self.sums[..used].fill([0.0; LANES]);
         for first in (0..units).step_by(room) {
             let these = first..units.min(first + room);
@@ -200,11 +227,11 @@ impl<const AXES: usize> WithSimd for Assembly<'_, AXES> {
                 let (lower, upper) = (i * 2 * m + j, j * 2 * m + i);
                 let by_q = -total(simd, &self.sums[i * m + j]);
                 self.matrix[lower] = by_q;
-                self.matrix[upper] = match AXES {
+                self.matrix[upper] = match Self::AXES {
                     0 => by_q,
                     _ => -total(simd, &self.sums[j * m + i]),
                 };
-                let by_v = match AXES {
+                let by_v = match Self::AXES {
                     0 => 0.0,
                     _ => -total(simd, &self.sums[(m + i) * m + j]),
                 };
@@ -221,10 +248,18 @@ fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
     Vector::load(simd, lanes, 0).sum()
 }
 
-impl<const AXES: usize> Assembly<'_, AXES> {
+impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
+    /// How many components of a node's frame friction acts on.
+    const AXES: usize = WEIGHTS - 1;
+
     /// Forms what the rows need at the nodes of some vectors.
     #[inline(always)]
-    fn weigh<S: Simd>(&self, simd: S, units: std::ops::Range<usize>, weighed: &mut [Weighed<S>]) {
+    fn weigh<S: Simd>(
+        &self,
+        simd: S,
+        units: std::ops::Range<usize>,
+        weighed: &mut [Weighed<S, WEIGHTS>],
+    ) {
         let m = self.nodes.modes;
         for (unit, weighed) in units.zip(weighed.chunks_exact_mut(m)) {
             let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
@@ -233,31 +268,36 @@ impl<const AXES: usize> Assembly<'_, AXES> {
             let rows = &self.nodes.rows[block * m..][..m];
             for (weighed, row) in weighed.iter_mut().zip(rows) {
                 let [s, t, r] = row.part(simd, part);
-                if AXES == 0 {
-                    weighed[3] = slopes.stiffness * r;
+                if Self::AXES == 0 {
+                    weighed[Self::AXES] = slopes.stiffness * r;
                     continue;
                 }
                 let mut turned = h_t.mul_add(t, h_s * s);
-                if AXES == 3 {
+                if Self::AXES == 3 {
                     turned = h_r.mul_add(r, turned);
                 }
                 let bend = slopes.bend * turned;
                 weighed[0] = slopes.drag.mul_add(s, bend * h_s);
                 weighed[1] = slopes.drag.mul_add(t, bend * h_t);
-                if AXES == 3 {
+                if Self::AXES == 3 {
                     weighed[2] = slopes.drag.mul_add(r, bend * h_r);
                 }
-                weighed[3] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
+                weighed[Self::AXES] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
             }
         }
     }
 
     /// Adds what the nodes of some vectors give, tile by tile.
     #[inline(always)]
-    fn add<S: Simd>(&mut self, simd: S, units: std::ops::Range<usize>, weighed: &[Weighed<S>]) {
+    fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        units: std::ops::Range<usize>,
+        weighed: &[Weighed<S, WEIGHTS>],
+    ) {
         let m = self.nodes.modes;
         for i in (0..m).step_by(TILE) {
-            let columns = if AXES == 0 { i + 1 } else { m };
+            let columns = if Self::AXES == 0 { i + 1 } else { m };
             for j in (0..columns).step_by(TILE) {
                 macro_rules! tile {
                     ($($rows:literal: [$($columns:literal)*])*) => {
@@ -282,7 +322,7 @@ impl<const AXES: usize> Assembly<'_, AXES> {
         simd: S,
         [i, j]: [usize; 2],
         units: std::ops::Range<usize>,
-        weighed: &[Weighed<S>],
+        weighed: &[Weighed<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
         let (by_q, by_v) = self.sums.split_at_mut(m * m);
@@ -293,25 +333,25 @@ impl<const AXES: usize> Assembly<'_, AXES> {
         for (unit, weighed) in pairs() {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
+            let weighed: &[Weighed<S, WEIGHTS>; I] = columns(&weighed[i..]);
             let columns: [Vector<S>; J] = std::array::from_fn(|j| rows[j].r.part(simd, part));
             for i in 0..I {
                 for j in 0..J {
-                    sums[i][j] = weighed[i][3].mul_add(columns[j], sums[i][j]);
+                    sums[i][j] = weighed[i][Self::AXES].mul_add(columns[j], sums[i][j]);
                 }
             }
         }
         store(&sums, by_q, m, [i, j]);
 
-        if AXES == 0 || j > i {
+        if Self::AXES == 0 || j > i {
             return;
         }
         let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);
         for (unit, weighed) in pairs() {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weighed: &[Weighed<S>; I] = columns(&weighed[i..]);
-            for axis in 0..AXES {
+            let weighed: &[Weighed<S, WEIGHTS>; I] = columns(&weighed[i..]);
+            for axis in 0..Self::AXES {
                 let columns: [Vector<S>; J] =
                     std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
                 for i in 0..I {

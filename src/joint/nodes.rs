@@ -77,7 +77,25 @@ pub(crate) struct Nodes {
     pub frames: Vec<[[f64; 3]; 3]>,
 }
 
+/// The nodes for a pass: where they are, at hand, so that nothing that the pass writes can make it look
+/// again.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub blocks: &'a [Block],
+    pub rows: &'a [Rows],
+    pub modes: usize,
+}
+
 impl Nodes {
+    /// All nodes.
+    pub fn view(&self) -> View<'_> {
+        View {
+            blocks: &self.blocks,
+            rows: &self.rows,
+            modes: self.modes,
+        }
+    }
+
     pub fn new(model: &Model) -> Self {
         let (count, modes) = (model.nodes(), model.modes());
         let frames: Vec<_> = (0..count)

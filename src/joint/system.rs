@@ -167,7 +167,7 @@ impl Joint {
     }
 
     /// The right side of Eq. (8), less that of steady sliding.
-    pub(crate) fn traction(&self, mut query: Query<'_>) -> Passed {
+    pub(crate) fn traction(&self, query: Query<'_>) -> Passed {
         macro_rules! pass {
             ($law:expr) => {
                 match self.has_extras() {
@@ -181,7 +181,7 @@ impl Joint {
                     law: $law,
                     damping: self.contact_damping,
                     steady: &self.equilibrium.force,
-                    query: &mut query,
+                    query,
                 })
             };
         }

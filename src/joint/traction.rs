@@ -23,7 +23,7 @@ use super::extras::{convected, viscosities};
 use super::lanes::{Eight, LANES, Place, Vector, parts};
 use super::law::Law;
 use super::lift_off::LiftOff;
-use super::nodes::{Block, Nodes, Rows};
+use super::nodes::{Block, Nodes, Rows, View};
 use super::record::NodeSlopes;
 
 /// Vectors of nodes side by side. More of them wait less, but need more registers than there are;
@@ -58,7 +58,7 @@ pub(crate) struct Traction<'p, 'a, L, const EXTRAS: bool> {
     pub damping: ContactDamping,
     /// Generalised forces of steady sliding, `m`.
     pub steady: &'p [f64],
-    pub query: &'p mut Query<'a>,
+    pub query: Query<'a>,
 }
 
 /// What the pass found beside the forces.
@@ -81,7 +81,7 @@ pub(super) struct Group<'a, const K: usize> {
 
 impl<'a, const K: usize> Group<'a, K> {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(nodes: &'a Nodes, first: usize) -> Self {
+    pub(super) fn new<S: Simd>(nodes: View<'a>, first: usize) -> Self {
         let place = Place::of::<S>(first);
         let mut group = Self {
             first,
@@ -96,6 +96,12 @@ impl<'a, const K: usize> Group<'a, K> {
             group.rows[k] = &nodes.rows[place.block * nodes.modes..][..nodes.modes];
         }
         group
+    }
+
+    /// Number of modes.
+    #[inline(always)]
+    pub(super) fn modes(&self) -> usize {
+        self.rows[0].len()
     }
 
     /// Something that blocks have.
@@ -146,7 +152,8 @@ impl<L: Law, const EXTRAS: bool> WithSimd for Traction<'_, '_, L, EXTRAS> {
     /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) -> Passed {
-        let modes = self.nodes.modes;
+        let nodes = self.nodes.view();
+        let modes = nodes.modes;
         let mut few = [Eight::ZERO; PAPER_MODES];
         let mut many;
         let sums = if modes <= PAPER_MODES {
@@ -156,9 +163,9 @@ impl<L: Law, const EXTRAS: bool> WithSimd for Traction<'_, '_, L, EXTRAS> {
             &mut many[..modes]
         };
         let mut power = Vector::splat(simd, 0.0);
-        let vectors = 0..self.nodes.blocks.len() * parts::<S>();
-        let left = self.pass::<S, TOGETHER>(simd, vectors, sums, &mut power);
-        self.pass::<S, 1>(simd, left, sums, &mut power);
+        let vectors = 0..nodes.blocks.len() * parts::<S>();
+        let left = self.pass::<S, TOGETHER>(simd, nodes, vectors, sums, &mut power);
+        self.pass::<S, 1>(simd, nodes, left, sums, &mut power);
         for ((out, sum), steady) in self.query.force.iter_mut().zip(sums).zip(self.steady) {
             *out = -sum.part(simd, 0).sum() - steady;
         }
@@ -173,6 +180,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
     fn pass<S: Simd, const K: usize>(
         &mut self,
         simd: S,
+        nodes: View<'_>,
         mut vectors: Range<usize>,
         sums: &mut [Eight],
         power: &mut Vector<S>,
@@ -180,7 +188,6 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
         if vectors.len() < K {
             return vectors;
         }
-        let nodes = self.nodes;
         let mut group = Group::<K>::new::<S>(nodes, vectors.start);
         let mut motion = self.motion(simd, &group);
         loop {
@@ -200,7 +207,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
     /// Eq. (4) and (7) in the sliding frames.
     #[inline(always)]
     fn motion<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Motion<S, K> {
-        let modes = self.nodes.modes;
+        let modes = group.modes();
         let (q, v) = (&self.query.q[..modes], &self.query.v[..modes]);
         let zero = Vector::splat(simd, 0.0);
         let mut u_r = zero;
@@ -251,7 +258,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
     fn rate<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Vector<S, K> {
         let mut rate = Vector::splat(simd, 0.0);
         if EXTRAS && !self.damping.is_none() {
-            for (i, &v) in self.query.v[..self.nodes.modes].iter().enumerate() {
+            for (i, &v) in self.query.v[..group.modes()].iter().enumerate() {
                 let r = group.row(simd, i, |row| &row.r);
                 rate = r.mul_add(Vector::splat(simd, v), rate);
             }
@@ -398,8 +405,10 @@ fn push<S: Simd, L: Law, const K: usize>(
     [along, across, outward]: Resistance<S, K>,
     sums: &mut [Eight],
 ) {
-    for (i, lanes) in sums.iter_mut().enumerate() {
-        let mut sum = lanes.part(simd, 0);
+    // By numbers, of which the compiler sees that all rows have them.
+    let sums = &mut sums[..group.modes()];
+    for i in 0..group.modes() {
+        let mut sum = sums[i].part(simd, 0);
         for k in 0..K {
             let [s, t, r] = group.rows[k][i].part(simd, group.places[k].part);
             if L::SLIDES {
@@ -408,7 +417,7 @@ fn push<S: Simd, L: Law, const K: usize>(
             }
             sum = r.mul_add(outward.one(k), sum);
         }
-        sum.store(&mut lanes.0, 0);
+        sum.store(&mut sums[i].0, 0);
     }
 }
 

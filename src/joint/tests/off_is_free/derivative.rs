@@ -45,15 +45,15 @@ impl WithSimd for SweptSpring<'_> {
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let dq = &vectors[..2 * PAPER_MODES];
+        let dq: &[[f64; 2]] = vectors[..2 * PAPER_MODES].as_chunks().0;
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let mut u_r = [zero; 2];
-                for (i, row) in rows.iter().enumerate() {
+                for (row, q) in rows.iter().zip(dq) {
                     let r = row.r.part(simd, part);
                     for l in 0..2 {
-                        u_r[l] = r.mul_add(Vector::splat(simd, dq[2 * i + l]), u_r[l]);
+                        u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
                     }
                 }
                 let stiffness = Vector::load(simd, &kept[block * KEPT], part);
@@ -83,17 +83,16 @@ impl WithSimd for SweptTangential<'_> {
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let (dq, dv) = vectors.split_at(2 * PAPER_MODES);
-        let dv = &dv[..2 * PAPER_MODES];
+        let (dq, dv) = vectors.as_chunks::<2>().0.split_at(PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let (mut u_r, mut along, mut across) = ([zero; 2], [zero; 2], [zero; 2]);
-                for (i, row) in rows.iter().enumerate() {
+                for ((row, q), v) in rows.iter().zip(dq).zip(dv) {
                     let [s, t, r] = row.part(simd, part);
                     for l in 0..2 {
-                        u_r[l] = r.mul_add(Vector::splat(simd, dq[2 * i + l]), u_r[l]);
-                        let v = Vector::splat(simd, dv[2 * i + l]);
+                        u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
+                        let v = Vector::splat(simd, v[l]);
                         along[l] = s.mul_add(v, along[l]);
                         across[l] = t.mul_add(v, across[l]);
                     }
@@ -137,18 +136,17 @@ impl WithSimd for SweptWhole<'_> {
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let (dq, dv) = vectors.split_at(2 * PAPER_MODES);
-        let dv = &dv[..2 * PAPER_MODES];
+        let (dq, dv) = vectors.as_chunks::<2>().0.split_at(PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let (mut u_r, mut outward) = ([zero; 2], [zero; 2]);
                 let (mut along, mut across) = ([zero; 2], [zero; 2]);
-                for (i, row) in rows.iter().enumerate() {
+                for ((row, q), v) in rows.iter().zip(dq).zip(dv) {
                     let [s, t, r] = row.part(simd, part);
                     for l in 0..2 {
-                        u_r[l] = r.mul_add(Vector::splat(simd, dq[2 * i + l]), u_r[l]);
-                        let v = Vector::splat(simd, dv[2 * i + l]);
+                        u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
+                        let v = Vector::splat(simd, v[l]);
                         along[l] = s.mul_add(v, along[l]);
                         across[l] = t.mul_add(v, across[l]);
                         outward[l] = r.mul_add(v, outward[l]);

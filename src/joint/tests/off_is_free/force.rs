@@ -4,19 +4,14 @@
 use pulp::{Simd, WithSimd};
 
 use crate::joint::lanes::{Eight, LANES, Place, Vector, parts};
-use crate::joint::nodes::Nodes;
+use crate::joint::nodes::{Nodes, View};
 use crate::joint::record::KEPT;
 use crate::joint::traction::{Group, PAPER_MODES, TOGETHER};
 use crate::joint::{Constant, Stribeck};
 
 /// A loop written for one setting, with `M` numbers of a node's motion and `F` of the force on it.
 pub(super) trait Setting<const M: usize, const F: usize> {
-    fn motion<S: Simd, const K: usize>(
-        &self,
-        simd: S,
-        nodes: &Nodes,
-        group: &Group<'_, K>,
-    ) -> [Vector<S, K>; M];
+    fn motion<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; M];
 
     fn resistance<S: Simd, const K: usize>(
         &mut self,
@@ -47,12 +42,13 @@ impl<T: Setting<M, F>, const M: usize, const F: usize> WithSimd for Pass<'_, T, 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let mut sums = [Eight::ZERO; PAPER_MODES];
-        let sums = &mut sums[..self.nodes.modes];
-        let vectors = self.nodes.blocks.len() * parts::<S>();
+        let nodes = self.nodes.view();
+        let sums = &mut sums[..nodes.modes];
+        let vectors = nodes.blocks.len() * parts::<S>();
         let together = vectors - vectors % TOGETHER;
-        self.run::<S, TOGETHER>(simd, 0, together, sums);
+        self.run::<S, TOGETHER>(simd, nodes, 0..together, sums);
         if together < vectors {
-            self.run::<S, 1>(simd, together, vectors, sums);
+            self.run::<S, 1>(simd, nodes, together..vectors, sums);
         }
         for ((out, sum), steady) in self.out.iter_mut().zip(sums).zip(self.steady) {
             *out = -sum.part(simd, 0).sum() - steady;
@@ -65,22 +61,22 @@ impl<T: Setting<M, F>, const M: usize, const F: usize> Pass<'_, T, M, F> {
     fn run<S: Simd, const K: usize>(
         &mut self,
         simd: S,
-        mut first: usize,
-        end: usize,
+        nodes: View<'_>,
+        vectors: std::ops::Range<usize>,
         sums: &mut [Eight],
     ) {
-        let nodes = self.nodes;
+        let mut first = vectors.start;
         let mut group = Group::<K>::new::<S>(nodes, first);
-        let mut motion = self.setting.motion(simd, nodes, &group);
+        let mut motion = self.setting.motion(simd, &group);
         loop {
             let resistance = self.setting.resistance(simd, &group, motion);
             first += K;
-            if first >= end {
+            if first >= vectors.end {
                 T::push(simd, &group, resistance, sums);
                 return;
             }
             let next = Group::<K>::new::<S>(nodes, first);
-            motion = self.setting.motion(simd, nodes, &next);
+            motion = self.setting.motion(simd, &next);
             T::push(simd, &group, resistance, sums);
             group = next;
         }
@@ -97,14 +93,9 @@ pub(super) struct State<'a> {
 impl State<'_> {
     /// The radial displacement.
     #[inline(always)]
-    fn radial<S: Simd, const K: usize>(
-        self,
-        simd: S,
-        nodes: &Nodes,
-        group: &Group<'_, K>,
-    ) -> [Vector<S, K>; 1] {
+    fn radial<S: Simd, const K: usize>(self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; 1] {
         let mut u_r = Vector::splat(simd, 0.0);
-        for (i, &q) in self.q[..nodes.modes].iter().enumerate() {
+        for (i, &q) in self.q[..group.modes()].iter().enumerate() {
             let r = group.row(simd, i, |row| &row.r);
             u_r = r.mul_add(Vector::splat(simd, q), u_r);
         }
@@ -116,13 +107,12 @@ impl State<'_> {
     fn tangential<S: Simd, const K: usize>(
         self,
         simd: S,
-        nodes: &Nodes,
         group: &Group<'_, K>,
     ) -> [Vector<S, K>; 3] {
-        let (q, v) = (&self.q[..nodes.modes], &self.v[..nodes.modes]);
+        let (q, v) = (&self.q[..group.modes()], &self.v[..group.modes()]);
         let (mut u_r, mut across) = (Vector::splat(simd, 0.0), Vector::splat(simd, 0.0));
         let mut along = group.load(simd, |block| &block.speed);
-        for i in 0..nodes.modes {
+        for i in 0..group.modes() {
             let r = group.row(simd, i, |row| &row.r);
             u_r = r.mul_add(Vector::splat(simd, q[i]), u_r);
             let v = Vector::splat(simd, v[i]);
@@ -134,17 +124,12 @@ impl State<'_> {
 
     /// The radial displacement, and the slip velocity with its radial part.
     #[inline(always)]
-    fn whole<S: Simd, const K: usize>(
-        self,
-        simd: S,
-        nodes: &Nodes,
-        group: &Group<'_, K>,
-    ) -> [Vector<S, K>; 4] {
-        let (q, v) = (&self.q[..nodes.modes], &self.v[..nodes.modes]);
+    fn whole<S: Simd, const K: usize>(self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; 4] {
+        let (q, v) = (&self.q[..group.modes()], &self.v[..group.modes()]);
         let zero = Vector::splat(simd, 0.0);
         let (mut u_r, mut across, mut outward) = (zero, zero, zero);
         let mut along = group.load(simd, |block| &block.speed);
-        for i in 0..nodes.modes {
+        for i in 0..group.modes() {
             let r = group.row(simd, i, |row| &row.r);
             u_r = r.mul_add(Vector::splat(simd, q[i]), u_r);
             let v = Vector::splat(simd, v[i]);
@@ -164,13 +149,14 @@ fn push_radial<S: Simd, const K: usize>(
     [outward]: [Vector<S, K>; 1],
     sums: &mut [Eight],
 ) {
-    for (i, lanes) in sums.iter_mut().enumerate() {
-        let mut sum = lanes.part(simd, 0);
+    let sums = &mut sums[..group.modes()];
+    for i in 0..group.modes() {
+        let mut sum = sums[i].part(simd, 0);
         let r = group.row(simd, i, |row| &row.r);
         for k in 0..K {
             sum = r.one(k).mul_add(outward.one(k), sum);
         }
-        sum.store(&mut lanes.0, 0);
+        sum.store(&mut sums[i].0, 0);
     }
 }
 
@@ -182,8 +168,9 @@ fn push_whole<S: Simd, const K: usize>(
     [along, across, outward]: [Vector<S, K>; 3],
     sums: &mut [Eight],
 ) {
-    for (i, lanes) in sums.iter_mut().enumerate() {
-        let mut sum = lanes.part(simd, 0);
+    let sums = &mut sums[..group.modes()];
+    for i in 0..group.modes() {
+        let mut sum = sums[i].part(simd, 0);
         let s = group.row(simd, i, |row| &row.s);
         let t = group.row(simd, i, |row| &row.t);
         let r = group.row(simd, i, |row| &row.r);
@@ -192,7 +179,7 @@ fn push_whole<S: Simd, const K: usize>(
             sum = t.one(k).mul_add(across.one(k), sum);
             sum = r.one(k).mul_add(outward.one(k), sum);
         }
-        sum.store(&mut lanes.0, 0);
+        sum.store(&mut sums[i].0, 0);
     }
 }
 
@@ -250,10 +237,9 @@ macro_rules! setting {
             fn motion<S: Simd, const K: usize>(
                 &self,
                 simd: S,
-                nodes: &Nodes,
                 group: &Group<'_, K>,
             ) -> [Vector<S, K>; $m] {
-                self.0.$motion(simd, nodes, group)
+                self.0.$motion(simd, group)
             }
 
             #[inline(always)]
