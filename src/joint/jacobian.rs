@@ -116,10 +116,11 @@ impl<const AXES: usize> Swept<'_, AXES> {
         let (modes, width) = (sums.len(), self.width);
         let zero = Vector::splat(simd, 0.0);
         let (dq, dv) = self.vectors.split_at(modes * width);
-        for (i, moved) in moved.iter_mut().enumerate() {
-            for (l, moved) in moved.iter_mut().enumerate() {
-                let number = i * width + first + l;
-                *moved = [dq[number], dv[number]];
+        let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
+        for (moved, (dq, dv)) in moved.iter_mut().zip(tangents) {
+            let (dq, dv) = (&dq[first..][..K], &dv[first..][..K]);
+            for l in 0..K {
+                moved[l] = [dq[l], dv[l]];
             }
         }
         for (block, (_, rows)) in self.nodes.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! The joint at one tilt, as a system that an integrator can run.
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use pulp::Arch;
@@ -10,7 +11,9 @@ use super::lanes::LANES;
 use super::law::{Custom, Frictionless, Level, Smoothed};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::traction::{MOST_MODES, OpenNodes, Passed, Query, Traction};
+use super::traction::{
+    Audit, Extras, Force, MOST_MODES, OpenNodes, Passed, Query, Record, Traction,
+};
 use super::{ContactDamping, Friction, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
@@ -167,21 +170,24 @@ impl Joint {
     }
 
     /// The right side of Eq. (8), less that of steady sliding.
-    pub(crate) fn traction(&self, query: Query<'_>) -> Passed {
+    pub(crate) fn traction(&self, mut query: Query<'_>) -> Passed {
         macro_rules! pass {
             ($law:expr) => {
-                match self.has_extras() {
-                    false => pass!($law, false),
-                    true => pass!($law, true),
+                match (self.has_extras(), query.audited, query.record.is_some()) {
+                    (true, _, _) => pass!($law, Extras),
+                    (_, true, _) => pass!($law, Audit),
+                    (_, _, true) => pass!($law, Record),
+                    (_, _, _) => pass!($law, Force),
                 }
             };
-            ($law:expr, $extras:literal) => {
-                self.arch.dispatch(Traction::<_, $extras> {
+            ($law:expr, $task:ty) => {
+                self.arch.dispatch(Traction {
                     nodes: &self.nodes,
                     law: $law,
+                    task: PhantomData::<$task>,
                     damping: self.contact_damping,
                     steady: &self.equilibrium.force,
-                    query,
+                    query: &mut query,
                 })
             };
         }

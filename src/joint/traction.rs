@@ -2,10 +2,9 @@
 //!
 //! The law of friction is matched once, outside the loop over the nodes; the loop is then compiled
 //! for that very law and for the widest vectors of the machine. An absent effect costs nothing:
-//! without friction no velocity is formed. What few scenes ask for, damping of the contact and the part
-//! `Omega x u` of the slip velocity, are the loop's `EXTRAS`: it is compiled with and without them. How
-//! nodes lift off, and whether a record or the power is kept, is met once for some nodes, where it does
-//! not show.
+//! without friction no velocity is formed. It is compiled for each [`Task`], too: a record, the power, and what
+//! few scenes ask for, damping of the contact and the part `Omega x u` of the slip velocity. How nodes lift
+//! off is met once for some nodes, where it does not show.
 //!
 //! The nodes go through three stages, [`TOGETHER`] vectors of them side by side: how they move, what
 //! force acts on them, and what this force does to the modes. The first and the last are sums of
@@ -14,6 +13,7 @@
 //! which the machine would wait. So the motion of the next nodes is worked out in between: it comes
 //! before the force on the modes, which waits for the chain.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
@@ -51,14 +51,95 @@ pub(crate) struct Query<'a> {
     pub force: &'a mut [f64],
 }
 
+impl Query<'_> {
+    /// The same once more, where a pass has it at hand.
+    #[inline(always)]
+    fn again(&mut self) -> Query<'_> {
+        Query {
+            contact: self.contact,
+            record: self.record.as_deref_mut(),
+            audited: self.audited,
+            q: self.q,
+            v: self.v,
+            force: self.force,
+        }
+    }
+}
+
+/// What a pass is compiled to do beside the force: the rest is not even asked for among the nodes.
+pub(crate) trait Task {
+    /// Whether there is damping of the contact or `Omega x u`.
+    const EXTRAS: bool = false;
+
+    /// Where the record goes, if one is kept.
+    #[inline(always)]
+    fn record<'q>(_query: &'q mut Query<'_>) -> Option<&'q mut [[f64; LANES]]> {
+        None
+    }
+
+    /// Whether the power is wanted.
+    #[inline(always)]
+    fn audited(_query: &Query<'_>) -> bool {
+        false
+    }
+}
+
+/// The force alone.
+pub(crate) struct Force;
+
+/// The force and the record.
+pub(crate) struct Record;
+
+/// The force and its power, and the record where it is wanted.
+pub(crate) struct Audit;
+
+/// The extras, and whatever is wanted.
+pub(crate) struct Extras;
+
+impl Task for Force {}
+
+impl Task for Record {
+    #[inline(always)]
+    fn record<'q>(query: &'q mut Query<'_>) -> Option<&'q mut [[f64; LANES]]> {
+        Some(query.record.as_deref_mut().expect("a record is kept"))
+    }
+}
+
+impl Task for Audit {
+    #[inline(always)]
+    fn record<'q>(query: &'q mut Query<'_>) -> Option<&'q mut [[f64; LANES]]> {
+        query.record.as_deref_mut()
+    }
+
+    #[inline(always)]
+    fn audited(_query: &Query<'_>) -> bool {
+        true
+    }
+}
+
+impl Task for Extras {
+    const EXTRAS: bool = true;
+
+    #[inline(always)]
+    fn record<'q>(query: &'q mut Query<'_>) -> Option<&'q mut [[f64; LANES]]> {
+        query.record.as_deref_mut()
+    }
+
+    #[inline(always)]
+    fn audited(query: &Query<'_>) -> bool {
+        query.audited
+    }
+}
+
 /// One pass over the nodes.
-pub(crate) struct Traction<'p, 'a, L, const EXTRAS: bool> {
+pub(crate) struct Traction<'p, 'a, L, T> {
     pub nodes: &'p Nodes,
     pub law: L,
+    pub task: PhantomData<T>,
     pub damping: ContactDamping,
     /// Generalised forces of steady sliding, `m`.
     pub steady: &'p [f64],
-    pub query: Query<'a>,
+    pub query: &'p mut Query<'a>,
 }
 
 /// What the pass found beside the forces.
@@ -145,13 +226,23 @@ struct Motion<S: Simd, const K: usize> {
 /// What nodes resist with, N: the force on them, turned round, in the sliding frame.
 type Resistance<S, const K: usize> = [Vector<S, K>; 3];
 
-impl<L: Law, const EXTRAS: bool> WithSimd for Traction<'_, '_, L, EXTRAS> {
+impl<L: Law, T: Task> WithSimd for Traction<'_, '_, L, T> {
     type Output = Passed;
 
     /// Eq. (8): the generalised force of mode `i` is `sum over nodes of
     /// (-mu N V_vec/V - N e_r) . Phi_i Delta A`, N/sqrt(kg).
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) -> Passed {
+    fn with_simd<S: Simd>(self, simd: S) -> Passed {
+        let mut query = self.query.again();
+        let steady = self.steady;
+        let mut own = Traction::<L, T> {
+            nodes: self.nodes,
+            law: self.law,
+            task: self.task,
+            damping: self.damping,
+            steady,
+            query: &mut query,
+        };
         let nodes = self.nodes.view();
         let modes = nodes.modes;
         let mut few = [Eight::ZERO; PAPER_MODES];
@@ -164,16 +255,16 @@ impl<L: Law, const EXTRAS: bool> WithSimd for Traction<'_, '_, L, EXTRAS> {
         };
         let mut power = Vector::splat(simd, 0.0);
         let vectors = 0..nodes.blocks.len() * parts::<S>();
-        let left = self.pass::<S, TOGETHER>(simd, nodes, vectors, sums, &mut power);
-        self.pass::<S, 1>(simd, nodes, left, sums, &mut power);
-        for ((out, sum), steady) in self.query.force.iter_mut().zip(sums).zip(self.steady) {
+        let left = own.pass::<S, TOGETHER>(simd, nodes, vectors, sums, &mut power);
+        own.pass::<S, 1>(simd, nodes, left, sums, &mut power);
+        for ((out, sum), steady) in query.force.iter_mut().zip(sums).zip(steady) {
             *out = -sum.part(simd, 0).sum() - steady;
         }
         Passed { power: power.sum() }
     }
 }
 
-impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
+impl<L: Law, T: Task> Traction<'_, '_, L, T> {
     /// The loop over vectors of nodes, `K` at a time; those that are left over are given back. The
     /// sums are one a mode, in as many lanes as a vector has.
     #[inline(always)]
@@ -241,7 +332,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
             rate: zero,
             unconvected: [zero; 3],
         };
-        if EXTRAS {
+        if T::EXTRAS {
             motion.rate = self.rate(simd, group);
             motion.unconvected = motion.slip;
             let convected = self.convected(simd, group);
@@ -257,7 +348,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
     #[inline(always)]
     fn rate<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Vector<S, K> {
         let mut rate = Vector::splat(simd, 0.0);
-        if EXTRAS && !self.damping.is_none() {
+        if T::EXTRAS && !self.damping.is_none() {
             for (i, &v) in self.query.v[..group.modes()].iter().enumerate() {
                 let r = group.row(simd, i, |row| &row.r);
                 rate = r.mul_add(Vector::splat(simd, v), rate);
@@ -316,12 +407,12 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
         let contact = self.query.contact;
         let mut stress = contact.stress(group.first, gap);
         let mut pressing = zero;
-        if EXTRAS {
+        if T::EXTRAS {
             let at = [gap, stress, stiffness, motion.rate];
             let dashpot = self.damping.dashpot(contact, group.first, at);
             stress = stress + dashpot.stress;
             pressing = dashpot.stiffness * area;
-            if let Some(record) = &mut self.query.record
+            if let Some(record) = T::record(self.query)
                 && !self.damping.is_none()
             {
                 let kept = &mut record[viscosities(self.nodes.blocks.len())..];
@@ -331,7 +422,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
                     viscosity.one(k).store(&mut kept[place.block], place.part);
                 }
             }
-            if self.query.audited {
+            if T::audited(self.query) {
                 let lost = dashpot.stress * area * motion.rate;
                 for k in 0..K {
                     *power = *power - lost.one(k);
@@ -339,12 +430,12 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
             }
         }
         let normal = stress * area;
-        if !EXTRAS && self.query.record.is_some() {
+        if !T::EXTRAS && T::record(self.query).is_some() {
             pressing = contact.pressing(group.first, gap, stiffness * area);
         }
         if !L::SLIDES {
-            if let Some(record) = &mut self.query.record {
-                match EXTRAS {
+            if let Some(record) = T::record(self.query) {
+                match T::EXTRAS {
                     false => NodeSlopes::keep_stiffness(pressing, record, group.first),
                     true => NodeSlopes::frictionless(simd, pressing).keep(record, group.first),
                 }
@@ -358,7 +449,7 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
         }
         // A hair above zero, so that mu(V)/V can be formed by a division.
         let speed = square.at_least(1e-280).sqrt();
-        let drag = if let Some(record) = &mut self.query.record {
+        let drag = if let Some(record) = T::record(self.query) {
             let (ratio, slope) = self.law.ratio_and_slope(speed);
             let drag = normal * ratio;
             let inverse = speed.same(1.0) / speed;
@@ -374,9 +465,9 @@ impl<L: Law, const EXTRAS: bool> Traction<'_, '_, L, EXTRAS> {
         } else {
             normal * self.law.ratio(speed)
         };
-        if self.query.audited {
+        if T::audited(self.query) {
             let steady_friction = group.load(simd, |block| &block.steady_friction);
-            let [own_along, own_across, own_outward] = match EXTRAS {
+            let [own_along, own_across, own_outward] = match T::EXTRAS {
                 true => motion.unconvected,
                 false => motion.slip,
             };
