@@ -6,6 +6,7 @@ use super::jacobian::{Assembly, Multiplied, Swept};
 use super::lanes::LANES;
 use super::lift_off::LiftOff;
 use super::record::KEPT;
+use super::traction::{MOST_MODES, PAPER_MODES};
 use crate::dynamics::{Differentiable, System};
 
 /// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the
@@ -105,12 +106,23 @@ impl Joint {
         let nodes = &self.nodes;
         macro_rules! sweep {
             ($axes:literal) => {
-                self.arch.dispatch(Swept::<$axes> {
+                for first in (0..width).step_by(2) {
+                    match (width - first, self.modes()) {
+                        (1, PAPER_MODES) => sweep!($axes, 1, PAPER_MODES, first),
+                        (1, _) => sweep!($axes, 1, MOST_MODES, first),
+                        (_, PAPER_MODES) => sweep!($axes, 2, PAPER_MODES, first),
+                        (_, _) => sweep!($axes, 2, MOST_MODES, first),
+                    }
+                }
+            };
+            ($axes:literal, $count:literal, $modes:ident, $first:ident) => {
+                self.arch.dispatch(Swept::<$axes, $count, $modes> {
                     nodes,
                     kept,
                     vectors,
                     width,
-                    out,
+                    first: $first,
+                    out: &mut *out,
                 })
             };
         }

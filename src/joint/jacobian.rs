@@ -46,96 +46,54 @@ impl Joint {
     }
 }
 
-/// The derivative applied to tangent vectors node by node.
+/// The derivative applied to `K` tangent vectors, node by node; two at a time share each row that is read. A
+/// pass of its own for each size, so that the compiler sees one loop.
 /// `AXES`: how many components of a node's frame friction acts on, see [`Law`](super::law::Law).
-pub(crate) struct Swept<'a, const AXES: usize> {
+/// `M`: the number of modes where it is that of the paper, else [`MOST_MODES`].
+pub(crate) struct Swept<'a, const AXES: usize, const K: usize, const M: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// `2m x width`.
     pub vectors: &'a [f64],
     pub width: usize,
+    /// Number of the first of the vectors.
+    pub first: usize,
     /// Gets the change of the force, `m x width`.
     pub out: &'a mut [f64],
 }
 
-impl<const AXES: usize> WithSimd for Swept<'_, AXES> {
+impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, AXES, K, M> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            nodes,
+            kept,
+            vectors,
+            width,
+            first,
+            out,
+        } = self;
+        let modes = if M < MOST_MODES { M } else { nodes.modes };
         let zero = Vector::splat(simd, 0.0);
-        let mut first = 0;
-        // Two vectors at a time share each row that is read, and their sums stay in registers.
-        while first + 2 <= self.width {
-            match self.nodes.modes {
-                PAPER_MODES => self.sweep::<S, 2>(
-                    simd,
-                    first,
-                    &mut [[zero; 2]; PAPER_MODES],
-                    &mut [[[0.0; 2]; 2]; PAPER_MODES],
-                ),
-                m => self.sweep::<S, 2>(
-                    simd,
-                    first,
-                    &mut [[zero; 2]; MOST_MODES][..m],
-                    &mut [[[0.0; 2]; 2]; MOST_MODES][..m],
-                ),
-            }
-            first += 2;
-        }
-        if first < self.width {
-            match self.nodes.modes {
-                PAPER_MODES => self.sweep::<S, 1>(
-                    simd,
-                    first,
-                    &mut [[zero; 1]; PAPER_MODES],
-                    &mut [[[0.0; 2]; 1]; PAPER_MODES],
-                ),
-                m => self.sweep::<S, 1>(
-                    simd,
-                    first,
-                    &mut [[zero; 1]; MOST_MODES][..m],
-                    &mut [[[0.0; 2]; 1]; MOST_MODES][..m],
-                ),
-            }
-        }
-    }
-}
-
-impl<const AXES: usize> Swept<'_, AXES> {
-    /// One pass over the nodes with `K` vectors from `first` on, whose displacements and velocities are put
-    /// side by side, a mode at a time.
-    #[inline(always)]
-    fn sweep<S: Simd, const K: usize>(
-        &mut self,
-        simd: S,
-        first: usize,
-        sums: &mut [[Vector<S>; K]],
-        moved: &mut [[[f64; 2]; K]],
-    ) {
-        let (modes, width) = (sums.len(), self.width);
-        let zero = Vector::splat(simd, 0.0);
-        let (dq, dv) = self.vectors.split_at(modes * width);
-        let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
-        for (moved, (dq, dv)) in moved.iter_mut().zip(tangents) {
-            let (dq, dv) = (&dq[first..][..K], &dv[first..][..K]);
-            for l in 0..K {
-                moved[l] = [dq[l], dv[l]];
-            }
-        }
-        for (block, (_, rows)) in self.nodes.iter().enumerate() {
+        let mut sums = [[zero; K]; M];
+        let sums = &mut sums[..modes];
+        let (dq, dv) = vectors.split_at(modes * width);
+        for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..modes];
             for part in 0..parts::<S>() {
                 // The changes of the displacement and of the slip velocity at the nodes.
                 let mut u_r = [zero; K];
                 let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
-                for (row, moved) in rows.iter().zip(&*moved) {
+                for (i, row) in rows.iter().enumerate() {
                     let [s, t, r] = row.part(simd, part);
+                    let dq = &dq[i * width + first..][..K];
+                    let dv = &dv[i * width + first..][..K];
                     for l in 0..K {
-                        let [q, v] = moved[l];
-                        u_r[l] = r.mul_add(Vector::splat(simd, q), u_r[l]);
+                        u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
                         if AXES > 0 {
-                            let v = Vector::splat(simd, v);
+                            let v = Vector::splat(simd, dv[l]);
                             along[l] = s.mul_add(v, along[l]);
                             across[l] = t.mul_add(v, across[l]);
                             if AXES == 3 {
@@ -145,7 +103,7 @@ impl<const AXES: usize> Swept<'_, AXES> {
                     }
                 }
                 // The changes of the forces, with the opposite sign.
-                let slopes = NodeSlopes::load(simd, self.kept, block, part);
+                let slopes = NodeSlopes::load(simd, kept, block, part);
                 let [h_s, h_t, h_r] = slopes.direction;
                 for l in 0..K {
                     let normal = slopes.stiffness * u_r[l];
@@ -177,7 +135,7 @@ impl<const AXES: usize> Swept<'_, AXES> {
                 }
             }
         }
-        for (out, sums) in self.out.chunks_exact_mut(width).zip(sums) {
+        for (out, sums) in out.chunks_exact_mut(width).zip(sums) {
             for (out, sum) in out[first..].iter_mut().zip(sums) {
                 *out = -sum.sum();
             }
@@ -352,7 +310,7 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
             let weighed: &[Weighed<S, WEIGHTS>; I] = columns(&weighed[i..]);
-            for axis in 0..Self::AXES {
+            for &axis in &[0, 1, 2][..Self::AXES] {
                 let columns: [Vector<S>; J] =
                     std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
                 for i in 0..I {

@@ -72,10 +72,10 @@ impl<S: Simd, const K: usize> NodeSlopes<S, K> {
         }
     }
 
-    /// Keeps the derivative at the nodes of the vectors from `first` on: [`KEPT`] times eight numbers
-    /// a block.
+    /// Keeps the derivative at the nodes of the vectors from `first` on: of [`KEPT`] times eight numbers a
+    /// block the first `count`; the last is `h` outwards, which not every friction has.
     #[inline(always)]
-    pub fn keep(self, kept: &mut [[f64; LANES]], first: usize) {
+    pub fn keep(self, count: usize, kept: &mut [[f64; LANES]], first: usize) {
         let [along, across, outward] = self.direction;
         let numbers = [
             self.stiffness,
@@ -89,7 +89,7 @@ impl<S: Simd, const K: usize> NodeSlopes<S, K> {
         for k in 0..K {
             let place = Place::of::<S>(first + k);
             let kept = &mut kept[place.block * KEPT..][..KEPT];
-            for (kept, number) in kept.iter_mut().zip(numbers) {
+            for (kept, number) in kept.iter_mut().zip(&numbers[..count]) {
                 number.one(k).store(kept, place.part);
             }
         }

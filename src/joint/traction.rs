@@ -24,7 +24,7 @@ use super::lanes::{Eight, LANES, Place, Vector, parts};
 use super::law::Law;
 use super::lift_off::LiftOff;
 use super::nodes::{Block, Nodes, Rows, View};
-use super::record::NodeSlopes;
+use super::record::{KEPT, NodeSlopes};
 
 /// Vectors of nodes side by side. More of them wait less, but need more registers than there are;
 /// where the nodes do not fit the first cache, two are the fastest.
@@ -437,7 +437,9 @@ impl<L: Law, T: Task> Traction<'_, '_, L, T> {
             if let Some(record) = T::record(self.query) {
                 match T::EXTRAS {
                     false => NodeSlopes::keep_stiffness(pressing, record, group.first),
-                    true => NodeSlopes::frictionless(simd, pressing).keep(record, group.first),
+                    true => {
+                        NodeSlopes::frictionless(simd, pressing).keep(KEPT, record, group.first)
+                    }
                 }
             }
             return [zero, zero, normal];
@@ -460,7 +462,13 @@ impl<L: Law, T: Task> Traction<'_, '_, L, T> {
                 bend: normal * slope,
                 direction: [along * inverse, across * inverse, outward * inverse],
             };
-            slopes.keep(record, group.first);
+            // The extras read all of it.
+            let count = if L::RADIAL || T::EXTRAS {
+                KEPT
+            } else {
+                KEPT - 1
+            };
+            slopes.keep(count, record, group.first);
             drag
         } else {
             normal * self.law.ratio(speed)
@@ -498,6 +506,7 @@ fn push<S: Simd, L: Law, const K: usize>(
 ) {
     // By numbers, of which the compiler sees that all rows have them.
     let sums = &mut sums[..group.modes()];
+    #[expect(clippy::needless_range_loop, reason = "the rows have as many")]
     for i in 0..group.modes() {
         let mut sum = sums[i].part(simd, 0);
         for k in 0..K {

@@ -11,8 +11,9 @@ use crate::joint::traction::{MOST_MODES, PAPER_MODES};
 pub(super) struct Sweep<'a> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
-    /// Two tangent vectors side by side, `2m x 2`.
+    /// Tangent vectors side by side, `2m x width`, of which the first two count.
     pub vectors: &'a [f64],
+    pub width: usize,
     /// `m x 2`.
     pub out: &'a mut [f64],
 }
@@ -41,16 +42,18 @@ impl WithSimd for SweptSpring<'_> {
             nodes,
             kept,
             vectors,
+            width,
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let dq: &[[f64; 2]] = vectors[..2 * PAPER_MODES].as_chunks().0;
+        let dq = &vectors[..width * PAPER_MODES];
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let mut u_r = [zero; 2];
-                for (row, q) in rows.iter().zip(dq) {
+                for (i, row) in rows.iter().enumerate() {
+                    let q = &dq[i * width..][..2];
                     let r = row.r.part(simd, part);
                     for l in 0..2 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
@@ -79,16 +82,18 @@ impl WithSimd for SweptTangential<'_> {
             nodes,
             kept,
             vectors,
+            width,
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let (dq, dv) = vectors.as_chunks::<2>().0.split_at(PAPER_MODES);
+        let (dq, dv) = vectors.split_at(width * PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let (mut u_r, mut along, mut across) = ([zero; 2], [zero; 2], [zero; 2]);
-                for ((row, q), v) in rows.iter().zip(dq).zip(dv) {
+                for (i, row) in rows.iter().enumerate() {
+                    let (q, v) = (&dq[i * width..][..2], &dv[i * width..][..2]);
                     let [s, t, r] = row.part(simd, part);
                     for l in 0..2 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
@@ -132,17 +137,19 @@ impl WithSimd for SweptWhole<'_> {
             nodes,
             kept,
             vectors,
+            width,
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; 2]; PAPER_MODES];
-        let (dq, dv) = vectors.as_chunks::<2>().0.split_at(PAPER_MODES);
+        let (dq, dv) = vectors.split_at(width * PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
                 let (mut u_r, mut outward) = ([zero; 2], [zero; 2]);
                 let (mut along, mut across) = ([zero; 2], [zero; 2]);
-                for ((row, q), v) in rows.iter().zip(dq).zip(dv) {
+                for (i, row) in rows.iter().enumerate() {
+                    let (q, v) = (&dq[i * width..][..2], &dv[i * width..][..2]);
                     let [s, t, r] = row.part(simd, part);
                     for l in 0..2 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);

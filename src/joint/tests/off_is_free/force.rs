@@ -150,6 +150,7 @@ fn push_radial<S: Simd, const K: usize>(
     sums: &mut [Eight],
 ) {
     let sums = &mut sums[..group.modes()];
+    #[expect(clippy::needless_range_loop, reason = "the rows have as many")]
     for i in 0..group.modes() {
         let mut sum = sums[i].part(simd, 0);
         let r = group.row(simd, i, |row| &row.r);
@@ -169,6 +170,7 @@ fn push_whole<S: Simd, const K: usize>(
     sums: &mut [Eight],
 ) {
     let sums = &mut sums[..group.modes()];
+    #[expect(clippy::needless_range_loop, reason = "the rows have as many")]
     for i in 0..group.modes() {
         let mut sum = sums[i].part(simd, 0);
         let s = group.row(simd, i, |row| &row.s);
