@@ -363,13 +363,13 @@ pub(super) fn mode_sets(
     let turned = |[bending, torsion, axial]: [usize; 3]| -> Result<Scene, CostError> {
         let scene = &ground.plan.scene;
         let mut scene = with(scene, Method::Lawson54, TOLERANCE, Events::Through);
-        let families = &mut scene.joint_mut()?.spec.body.families;
+        let families = &mut scene.ball_on_beam_mut()?.families;
         families.bending_pairs = bending;
         families.torsion = torsion;
         families.axial = axial;
         Ok(scene)
     };
-    let sets = match ground.plan.scene.joint()?.spec.body.frequencies {
+    let sets = match ground.plan.scene.ball_on_beam()?.frequencies {
         Frequencies::Published => MODES,
         Frequencies::FiniteElement => OWN_MODES,
     };
@@ -393,8 +393,9 @@ pub(super) fn mode_sets(
         return Ok(None);
     };
     let labels = |ball: &Option<BallJoint>| -> Vec<String> {
-        let modes = ball.iter().flat_map(|ball| ball.body().modes());
-        modes.map(|mode| mode.label()).collect()
+        ball.as_ref()
+            .map(BallJoint::mode_labels)
+            .unwrap_or_default()
     };
     let names = labels(&ball);
     let [q, v] = [0, names.len()].map(|first| {
