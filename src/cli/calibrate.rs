@@ -38,7 +38,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
 
 fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
-    base.joint()?;
+    base.ball_on_beam()?;
     let plan = CalibrationPlan {
         base,
         seed: args.seed,

@@ -222,7 +222,7 @@ pub(super) const PAPER: paper::Tools = paper::Tools {
     record: |plan, points, command, path| {
         let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
         let mut view = sweep_view(plan, points, command)?;
-        view.body = Some(body_view(&ball));
+        view.body = Some(body_view(&ball)?);
         Ok(save_sweep(path, &view)?)
     },
 };

@@ -5,8 +5,8 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use super::file::{failed, nameless_beside};
-use super::npz::NpzWriter;
 use super::replace_file;
+use crate::numpy::NpzWriter;
 use crate::pipeline::message::{Frame, Record};
 use crate::pipeline::{Sink, SinkError};
 

@@ -343,6 +343,8 @@ pub enum Subject {
 /// The joint of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointInfo {
+    /// What the body is, in a few words: `Ball and beam`.
+    pub body: String,
     /// The modes, in the order of the modal coordinates.
     pub modes: Vec<ModeInfo>,
     /// The smallest tilt that the scene plans, rad.
@@ -351,7 +353,7 @@ pub struct JointInfo {
     pub max_tilt: f64,
     /// Direction that the load tilts towards, from +x to +y, rad.
     pub azimuth: f64,
-    /// The body's surface.
+    /// The body's surface; empty where it is not known.
     pub outline: Outline,
     /// Rotation of the ball, rad/s.
     pub rotation: [f64; 3],

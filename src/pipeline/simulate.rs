@@ -122,26 +122,27 @@ impl Simulation {
 
     fn joint_info(&self) -> JointInfo {
         let TiltedJoint { spec, tilt } = &self.tilted;
-        let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
-        let modes = self.ball.body().modes();
+        let outline = self.ball.outline(OUTLINE.0, OUTLINE.1);
+        let labels = self.ball.mode_labels();
         let velocity = self.ball.sliding_velocity(self.tilt);
         JointInfo {
-            modes: modes
-                .iter()
+            body: self.ball.body_words(),
+            modes: labels
+                .into_iter()
                 .zip(self.ball.frequencies_hz())
-                .map(|(mode, &frequency_hz)| ModeInfo {
-                    label: mode.label(),
+                .map(|(label, &frequency_hz)| ModeInfo {
+                    label,
                     frequency_hz,
                 })
                 .collect(),
             min_tilt: tilt.min(),
             max_tilt: tilt.max(),
             azimuth: spec.azimuth,
-            outline: Outline {
+            outline: outline.map_or_else(Outline::default, |surface| Outline {
                 vertices: surface.vertices,
                 triangles: surface.triangles,
                 shapes: surface.shapes,
-            },
+            }),
             rotation: spec.rotation,
             load: spec.load,
             ball_radius: self.ball.ball_radius(),

@@ -17,8 +17,10 @@ fn reading(header: &Header) -> String {
     let has = |kind| header.has(kind);
     let rows = [
         (
-            joint,
-            "**Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most",
+            header
+                .joint()
+                .is_some_and(|joint| !joint.outline.vertices.is_empty()),
+            "**Ball and beam**, or **Body of** a file | the vibrating body, its motion drawn much too large; yellow moves most",
         ),
         (
             joint,

@@ -5,6 +5,8 @@ use std::io;
 
 use thiserror::Error;
 
+use crate::joint::OwnModesError;
+
 /// Where in its source a scene is at fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -72,6 +74,28 @@ pub enum SceneError {
         scene: String,
         /// What it runs.
         subject: &'static str,
+    },
+    /// A ball on a beam is needed, and the scene takes its modes from a file.
+    #[error(
+        "the scene `{scene}` takes its modes and its contact patch from `{file}`, and this needs \
+         those of ball and beam; take a scene without body.modes, such as `{}`",
+        super::DEFAULT_SCENE
+    )]
+    NoBeam {
+        /// Name of the scene.
+        scene: String,
+        /// The file of the modes.
+        file: String,
+    },
+    /// The file of the modes is at fault.
+    #[error("{at}: `body.modes`: {file}: {problem}")]
+    Modes {
+        /// Where the scene names it.
+        at: Place,
+        /// The file.
+        file: String,
+        /// What is wrong with it, and what to do.
+        problem: Box<OwnModesError>,
     },
     /// A small system is needed, and the scene runs a joint.
     #[error(

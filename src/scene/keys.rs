@@ -190,6 +190,8 @@ keys! {
     /// A few sentences (Markdown) on what to look for.
     ABOUT: Text = "about", Else("empty"), Text;
 
+    /// File (.npz) of modes and contact patch from another finite-element program, from the folder of the scene file; excludes every other key of `[body]`, `[socket]` and what lays out the patch.
+    MODES: Text = "body.modes", Else("ball and beam as below"), Text;
     /// Diameter of the ball; smaller than the socket's.
     BALL_DIAMETER: Number = "body.ball_diameter_mm", Default("31.75"),
         number(Millimetre, Range::Closed(1.0, 500.0));

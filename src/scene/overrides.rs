@@ -6,7 +6,7 @@ use super::keys::{self, Key};
 use super::kind::Number;
 use super::schedule::Schedule;
 use super::spec::{AnalysisSpec, Scene};
-use super::validate::sliding;
+use super::validate::{patch_stays, sliding};
 use crate::joint::Friction;
 
 impl Scene {
@@ -19,6 +19,7 @@ impl Scene {
         self.joint()?;
         let tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
         sliding(&self.joint()?.spec, &tilt, || self.place_of_override())?;
+        patch_stays(&self.joint()?.spec, &tilt, || self.place_of_override())?;
         self.joint_mut()?.tilt = tilt;
         Ok(self)
     }

@@ -147,7 +147,8 @@ impl Scene {
                 }
             }
         }
-        Self::parse(&self.name, document.to_string())
+        // A file of modes is not read again: it is the same, wherever the scene came from.
+        Self::parse_with(&self.name, document.to_string(), self.own_modes())
     }
 }
 

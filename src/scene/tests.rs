@@ -49,11 +49,12 @@ fn defaults_are_the_papers() {
     let TiltedJoint { spec: joint, tilt } = scene.joint().expect("a joint");
     assert_eq!(scene.name, "mine");
     assert_eq!(scene.title, "mine");
-    assert_eq!(joint.body.geometry.ball_diameter, 0.03175);
-    assert_eq!(joint.body.geometry.beam_length, 0.2);
-    assert_eq!(joint.body.material.young, 207e9);
-    assert_eq!(joint.body.families.count(), 11);
-    assert_eq!(joint.body.frequencies, Frequencies::Published);
+    let body = scene.ball_on_beam().expect("ball and beam");
+    assert_eq!(body.geometry.ball_diameter, 0.03175);
+    assert_eq!(body.geometry.beam_length, 0.2);
+    assert_eq!(body.material.young, 207e9);
+    assert_eq!(body.families.count(), 11);
+    assert_eq!(body.frequencies, Frequencies::Published);
     assert_eq!(joint.socket.diameter, 0.03195);
     let speed: f64 = joint.rotation.iter().map(|x| x * x).sum();
     assert!((speed - 1.0).abs() < 1e-15);
@@ -772,11 +773,11 @@ proptest! {
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
     let scene = Scene::load("tilt-ramp").expect("preset");
-    let elements = joint_of(&scene).body.elements;
+    let elements = scene.ball_on_beam().expect("a beam").elements;
     let recommended = Elements::default();
     assert!((elements.size - recommended.size).abs() < 1e-12);
     assert_eq!(elements.order, recommended.order);
     let quadratic = format!("{SMALLEST}[body]\nelement_order = 2\n");
     let stated = Scene::parse("m", quadratic).expect("valid");
-    assert_eq!(joint_of(&stated).body.elements.order, 2);
+    assert_eq!(stated.ball_on_beam().expect("a beam").elements.order, 2);
 }

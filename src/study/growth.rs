@@ -202,6 +202,8 @@ const SAMPLES_A_LAG: usize = 6;
 pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
+    // Modes and nodes from a file are as many as they are.
+    let has_beam = held.ball_on_beam().is_ok();
     let mut meter = Meter {
         repeats: plan.repeats,
         ball: None,
@@ -213,7 +215,8 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
             return Ok((found, false));
         }
         let grown = match size {
-            Size::Nodes | Size::Modes | Size::Threads if !has_joint => Some(Vec::new()),
+            Size::Threads if !has_joint => Some(Vec::new()),
+            Size::Nodes | Size::Modes if !has_beam => Some(Vec::new()),
             Size::Nodes => {
                 let with = |nodes: &usize| {
                     let mut scene = held.clone();
@@ -225,7 +228,7 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
             Size::Modes => {
                 let with = |[bending, torsion, axial]: &[usize; 3]| {
                     let mut scene = held.clone();
-                    let body = &mut scene.joint_mut()?.spec.body;
+                    let body = scene.ball_on_beam_mut()?;
                     body.frequencies = Frequencies::FiniteElement;
                     body.families.bending_pairs = *bending;
                     body.families.torsion = *torsion;

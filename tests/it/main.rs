@@ -12,6 +12,7 @@ mod laws;
 mod layering;
 #[cfg(feature = "cli")]
 mod lyapunov;
+mod own_modes;
 mod pipeline;
 mod scenes;
 #[cfg(feature = "cli")]

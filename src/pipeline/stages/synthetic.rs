@@ -198,6 +198,7 @@ pub fn header() -> Header {
         analyses: Vec::new(),
         section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(JointInfo {
+            body: String::new(),
             modes: Vec::new(),
             min_tilt: 0.0,
             max_tilt: 0.0,

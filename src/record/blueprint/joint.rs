@@ -195,12 +195,19 @@ impl Layout {
         }
     }
 
-    /// Ball and beam from the side, a little from above.
+    /// The body from the side, a little from above.
     fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
-        let name = format!(
-            "Ball and beam, motion drawn {} times larger",
-            style::short(spec.exaggeration)
-        );
+        let name = match joint.outline.vertices.is_empty() {
+            true => format!(
+                "{}: load and rotation, its surface is not known",
+                joint.body
+            ),
+            false => format!(
+                "{}, motion drawn {} times larger",
+                joint.body,
+                style::short(spec.exaggeration)
+            ),
+        };
         let view: ContainerLike = Spatial3DView::new(name)
             .with_origin(paths::SCENE_3D)
             .with_contents(

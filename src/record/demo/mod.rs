@@ -240,6 +240,7 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
 /// The joint that is said to have made the samples.
 pub fn joint() -> JointInfo {
     JointInfo {
+        body: "Ball and beam".to_owned(),
         modes: MODES
             .iter()
             .map(|&(label, frequency_hz)| ModeInfo {

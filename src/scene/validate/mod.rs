@@ -8,23 +8,36 @@ mod small;
 mod start;
 mod tilt;
 
+use std::sync::Arc;
+
 use super::accuracy::Advised;
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
 use super::spec::{Integrator, Method, Scene};
 use super::subject::SubjectSpec;
+use crate::joint::OwnModes;
 
-pub(super) use tilt::sliding;
+pub(super) use tilt::{patch_stays, sliding};
 
 impl Scene {
     /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
-    /// its stem names the scene if the text does not.
+    /// its stem names the scene if the text does not, and a file of modes that the text names is
+    /// looked for beside it.
     ///
     /// # Errors
     /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
-    /// missing, mistyped or out of range, values that do not fit together.
+    /// missing, mistyped or out of range, values or files that do not fit together.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
+        Self::parse_with(file, content, None)
+    }
+
+    /// [`Scene::parse`], without reading a file of modes that is known already.
+    pub(super) fn parse_with(
+        file: &str,
+        content: impl AsRef<[u8]>,
+        known: Option<&Arc<OwnModes>>,
+    ) -> Result<Self, SceneError> {
         let content = content.as_ref();
         let text = std::str::from_utf8(content).map_err(|error| {
             let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
@@ -35,11 +48,16 @@ impl Scene {
         })?;
         // Some editors put a byte-order mark first; it is no part of the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        build(&Document::parse(file, text)?, file, text)
+        build(&Document::parse(file, text)?, file, text, known)
     }
 }
 
-fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, SceneError> {
+fn build(
+    document: &Document<'_>,
+    file: &str,
+    text: &str,
+    known: Option<&Arc<OwnModes>>,
+) -> Result<Scene, SceneError> {
     let stem = std::path::Path::new(file).file_stem();
     let name = match document.find(&keys::NAME)? {
         Some(name) => name,
@@ -50,7 +68,7 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
     let subject = match small::small(document)? {
         Some(small) => SubjectSpec::Small(small),
-        None => SubjectSpec::Joint(joint::tilted(document)?),
+        None => SubjectSpec::Joint(joint::tilted(document, file, known)?),
     };
     let start = start::start(document, &subject)?;
     let scene = Scene {
@@ -74,7 +92,15 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         keys::TILT.path,
         keys::TILT_KNOTS.path,
     ];
+    let load = [
+        keys::MODES.path,
+        keys::LOAD.path,
+        keys::AZIMUTH.path,
+        keys::TILT.path,
+        keys::TILT_KNOTS.path,
+    ];
     if let SubjectSpec::Joint(joint) = &scene.subject {
+        patch_stays(&joint.spec, &joint.tilt, || document.place_of(&load))?;
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
     Ok(scene)

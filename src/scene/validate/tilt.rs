@@ -1,6 +1,6 @@
 //! The tilt as a function of time, and whether the contact slides at all of it.
 
-use crate::joint::JointSpec;
+use crate::joint::{BodySpec, JointSpec, patch_direction};
 use crate::scene::Schedule;
 use crate::scene::error::{Fault, Place, SceneError};
 use crate::scene::file::Document;
@@ -88,4 +88,34 @@ pub(in crate::scene) fn sliding(
         }
         .at(place())),
     }
+}
+
+/// A contact patch from a file is that of one load: it must be the scene's, and stay.
+pub(in crate::scene) fn patch_stays(
+    joint: &JointSpec,
+    tilt: &Schedule,
+    place: impl FnOnce() -> Place,
+) -> Result<(), SceneError> {
+    let BodySpec::Own(modes) = &joint.body else {
+        return Ok(());
+    };
+    if tilt.min() != tilt.max() {
+        return Err(Fault::Inconsistent {
+            key: keys::TILT_KNOTS.path,
+            problem: format!(
+                "the load tilts, and the contact nodes of `{}` stay where they are",
+                modes.name()
+            ),
+            remedy: "give a constant load.tilt_deg, or leave out body.modes".to_owned(),
+        }
+        .at(place()));
+    }
+    let direction = patch_direction(tilt.at(0.0), joint.azimuth);
+    modes
+        .check_load(joint.load, direction)
+        .map_err(|problem| SceneError::Modes {
+            at: place(),
+            file: modes.name().to_owned(),
+            problem: Box::new(problem),
+        })
 }

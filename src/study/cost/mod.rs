@@ -137,15 +137,16 @@ pub struct CostPlan {
 }
 
 impl CostPlan {
-    /// All knobs of a scene; a scene without joint has no nodes, modes and elements.
+    /// All knobs of a scene; one without ball and beam has no nodes, modes and elements to choose.
     pub fn new(scene: Scene) -> Self {
-        let of_joint = |knob: &Knob| matches!(knob, Knob::Nodes | Knob::Modes | Knob::Elements);
+        let of_beam = |knob: &Knob| matches!(knob, Knob::Nodes | Knob::Modes | Knob::Elements);
+        let beam = scene.ball_on_beam().is_ok();
         let joint = scene.joint().is_ok();
         Self {
             scene: scene.without_analyses(),
             knobs: Knob::ALL
                 .into_iter()
-                .filter(|knob| joint || !of_joint(knob))
+                .filter(|knob| beam || !of_beam(knob))
                 .collect(),
             repeats: 5,
             // A good number of periods: small systems are slow.

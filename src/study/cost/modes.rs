@@ -43,10 +43,10 @@ pub(super) fn mode_sets(
     goes_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
-    let spec = &scene.joint()?.spec;
-    let own = &spec.body.families;
+    let body = scene.ball_on_beam()?;
+    let (spec, own) = (&scene.joint()?.spec, &body.families);
     let uneven = spec.damping.windows(2).any(|pair| pair[0] != pair[1]);
-    let published = spec.body.frequencies == Frequencies::Published;
+    let published = body.frequencies == Frequencies::Published;
     let all = match (uneven, published) {
         // Of other modes the damping is not known.
         (true, _) => *own,
@@ -108,8 +108,8 @@ pub(super) fn mode_sets(
 fn with(scene: &Scene, families: &Families) -> Result<Scene, CostError> {
     let mut scene = scene.clone();
     scene.integrator.tolerance = TOLERANCE;
+    scene.ball_on_beam_mut()?.families = *families;
     let spec = &mut scene.joint_mut()?.spec;
-    spec.body.families = *families;
     if let Some(&last) = spec.damping.last() {
         spec.damping.resize(families.count(), last);
     }
@@ -138,7 +138,15 @@ fn nested(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Vec<Families>, 
     prepare_on(scene, ball)?;
     let joint = ball.iter();
     let mut modes: Vec<_> = joint
-        .flat_map(|joint| joint.frequencies_hz().iter().zip(joint.body().modes()))
+        .filter_map(|joint| {
+            Some(
+                joint
+                    .frequencies_hz()
+                    .iter()
+                    .zip(joint.body().ok()?.modes()),
+            )
+        })
+        .flatten()
         .filter(|(_, mode)| mode.kind != BendingY)
         .map(|(hz, mode)| (*hz, mode.kind))
         .collect();
