@@ -18,7 +18,7 @@ from scipy.sparse.linalg import eigsh
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, MeshHex2
 from skfem.helpers import ddot, dot, eye, sym_grad, trace
 
-# Bodies: cobalt-chrome hip (mm and degrees at the border only), and the steel ball of the paper.
+# Cobalt-chrome for the hip, steel for ball and beam; SI units throughout.
 MATERIAL = {
     "hip": dict(young=220e9, poisson=0.30, density=8300.0),
     "beam": dict(young=207e9, poisson=0.30, density=7800.0),
@@ -115,7 +115,8 @@ def mesh_body(body, ball, n):
     x, y = disc(outside[0], outside[1])
     flat = np.array([neck * x, neck * y, np.full_like(x, -depth)])
     surface = np.where(outside[2] <= -1 + 1e-9, flat, sphere)
-    straight = np.array([0.5 * ball * u, 0.5 * ball * v, 0.5 * (ball - depth + (ball + depth) * 0.6 * w)])
+    high = 0.5 * (ball - depth) + 0.3 * (ball + depth) * w
+    straight = np.array([0.5 * ball * u, 0.5 * ball * v, high])
     places[:, ~below] = (1 - size**2) * straight + size**2 * (size * surface)
     return MeshHex2(doflocs=places, t=mesh.t)
 
