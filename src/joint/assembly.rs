@@ -1,7 +1,7 @@
 //! From the parameters of a joint to its contact model at any tilt.
 
-use super::patch::{PatchPoint, normal_at, patch_direction, patch_points};
-use super::vector::{any_normal, cross, dot, scale, unit};
+use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::vector::{cross, dot, scale, unit};
 use super::{Frequencies, Hertz, Joint, JointSpec, Model, StiffnessLaw};
 use crate::fem::{BodyModes, Families, FemError, ModeKind};
 
@@ -214,12 +214,14 @@ impl BallJoint {
             .iter()
             .map(|x| cross(self.spec.rotation, *x))
             .collect();
-        // Eq. (24): the row of the central contact point along its sliding direction.
+        // Eq. (24): the row of the central contact point along its sliding direction; at rest, where
+        // there is none, along the tilt, so that it turns with the azimuth like all the rest.
         let mut centre = vec![[0.0; 3]; m];
         self.body
             .shapes_at_ball(direction, &mut centre)
             .map_err(on_beam)?;
-        let along = unit(self.sliding_velocity(tilt)).unwrap_or_else(|| any_normal(direction));
+        let along = unit(self.sliding_velocity(tilt))
+            .unwrap_or_else(|| patch_ahead(direction, self.spec.azimuth));
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
         Ok(Model {
             positions,

@@ -29,7 +29,7 @@ fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
         socket: socket(document, &body.geometry)?,
         load: document.get(&keys::LOAD)?,
         azimuth: document.get(&keys::AZIMUTH)?,
-        rotation: rotation(document)?,
+        rotation: document.get(&keys::ROTATION)?,
         contact: Contact {
             nodes: document.get(&keys::NODES)?,
             quadrature: document.get(&keys::QUADRATURE)?,
@@ -190,19 +190,6 @@ fn socket(document: &Document<'_>, geometry: &Geometry) -> Result<Socket, SceneE
         young: document.get(&keys::SOCKET_YOUNG)?,
         poisson: document.get(&keys::SOCKET_POISSON)?,
     })
-}
-
-fn rotation(document: &Document<'_>) -> Result<[f64; 3], SceneError> {
-    let rotation = document.get(&keys::ROTATION)?;
-    if rotation.iter().all(|&component| component == 0.0) {
-        return Err(document.inconsistent(
-            keys::ROTATION.path,
-            &[],
-            "the ball does not rotate, so nothing slides",
-            "make one component other than 0",
-        ));
-    }
-    Ok(rotation)
 }
 
 fn friction(document: &Document<'_>) -> Result<Friction, SceneError> {
