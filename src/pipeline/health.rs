@@ -37,7 +37,9 @@ impl HealthMeter {
         let scale = self.turnover.max(f64::MIN_POSITIVE);
         if !frame.energy.is_empty() {
             let residuals = frame.energy.iter().map(|s| s.residual.abs() / scale);
-            self.audit = Some(residuals.fold(0.0, f64::max));
+            // Energies that have left the numbers, of a state that has not yet, miss everything.
+            let told = residuals.map(|share| if share.is_nan() { f64::INFINITY } else { share });
+            self.audit = Some(told.fold(0.0, f64::max));
         }
         let health = Health {
             time: frame.end(),
@@ -67,4 +69,25 @@ impl HealthMeter {
 /// Time over what it took; 0 where nothing was simulated.
 fn factor(time: f64, busy: f64) -> f64 {
     if busy > 0.0 { time / busy } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::message::EnergySample;
+
+    /// Squares overflow long before the state does.
+    #[test]
+    fn energies_beyond_the_numbers_fail_the_audit() {
+        let frame = Frame {
+            energy: vec![EnergySample {
+                total: f64::INFINITY,
+                residual: f64::INFINITY,
+                ..EnergySample::default()
+            }],
+            ..Frame::default()
+        };
+        let health = HealthMeter::default().measure(&frame, 0, 0, 0);
+        assert_eq!(health.audit, Some(f64::INFINITY));
+    }
 }
