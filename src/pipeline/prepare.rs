@@ -1,11 +1,13 @@
 //! From a scene to a system, its integrator and the state it starts from.
 
+use std::f64::consts::TAU;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
-use crate::dynamics::{Accuracy, Integrator, Method, System};
+use crate::dynamics::{Accuracy, Integrator, Method, System, longest_rk4_step};
 use crate::joint::{BallJoint, Joint};
 use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
 
@@ -38,7 +40,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
 /// # Errors
 /// As [`prepare`].
 pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepared, PipelineError> {
-    let (system, probe): (Box<dyn System + Send>, _) = match &scene.subject {
+    let (system, integrator, probe): (Box<dyn System + Send>, _, _) = match &scene.subject {
         SubjectSpec::Joint(tilted) => {
             let next = match ball.take() {
                 Some(before) => before.with_spec(&tilted.spec)?,
@@ -46,12 +48,15 @@ pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepare
             };
             let model = ball.insert(next).model(tilted.tilt.at(0.0))?;
             let joint = Joint::new(&model);
-            let probe = joint.probe().to_vec();
-            (Box::new(joint), probe)
+            let (integrator, probe) = (of_joint(scene, &joint)?, joint.probe().to_vec());
+            (Box::new(joint), integrator, probe)
         }
-        SubjectSpec::Small(small) => (boxed(small), vec![1.0]),
+        SubjectSpec::Small(small) => {
+            let system = boxed(small);
+            let integrator = of_small(scene, system.as_ref())?;
+            (system, integrator, vec![1.0])
+        }
     };
-    let integrator = integrator(scene, system.as_ref())?;
     let mut state = initial_state(scene, system.modes());
     state.resize(system.dim(), 0.0);
     Ok(Prepared {
@@ -71,17 +76,32 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     }
 }
 
-/// The integrator of a scene for its system. A small system has jumps, of which nothing but
-/// stopping at them makes sense.
-pub(super) fn integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
-    check_step(&scene.integrator, system.omega())?;
-    let integrator = Integrator::new(method(&scene.integrator), system)?;
-    Ok(match (&scene.subject, scene.integrator.events) {
-        (SubjectSpec::Joint(_), Events::Through) => integrator,
-        (SubjectSpec::Joint(_), Events::Exact) | (SubjectSpec::Small(_), _) => {
-            integrator.with_events(system)?
-        }
+/// The integrator of a scene for its joint.
+pub(super) fn of_joint(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
+    if scene.integrator.method.has_fixed_step() {
+        // Contact and friction are part of what a fixed step must be short enough for.
+        let rates: Vec<[f64; 2]> = match joint.linear_modes() {
+            Ok(modes) => modes
+                .iter()
+                .map(|mode| [mode.growth, TAU * mode.frequency_hz])
+                .collect(),
+            Err(_) => joint.omega().iter().map(|&omega| [0.0, omega]).collect(),
+        };
+        check_step(&scene.integrator, rates)?;
+    }
+    let integrator = Integrator::new(method(&scene.integrator), joint)?;
+    Ok(match scene.integrator.events {
+        Events::Through => integrator,
+        Events::Exact => integrator.with_events(joint)?,
     })
+}
+
+/// The integrator of a scene for its small system. Such a system has jumps, of which nothing but
+/// stopping at them makes sense.
+fn of_small(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
+    let rates = system.omega().iter().map(|&omega| [0.0, omega]);
+    check_step(&scene.integrator, rates)?;
+    Ok(Integrator::new(method(&scene.integrator), system)?.with_events(system)?)
 }
 
 /// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.
@@ -115,12 +135,17 @@ fn method(integrator: &scene::Integrator) -> Method {
     }
 }
 
-/// A fixed step must keep the fastest free vibration stable: `omega h < 2 sqrt(2)` for the classical
-/// Runge-Kutta method.
-fn check_step(integrator: &scene::Integrator, omega: &[f64]) -> Result<(), PipelineError> {
-    let fastest = omega.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let limit = 8.0_f64.sqrt() / fastest;
-    if integrator.method == scene::Method::Rk4 && integrator.max_step > limit {
+/// A fixed step must keep what is stable by itself stable: each of the rates of the linearised system.
+fn check_step(
+    integrator: &scene::Integrator,
+    rates: impl IntoIterator<Item = [f64; 2]>,
+) -> Result<(), PipelineError> {
+    if !integrator.method.has_fixed_step() {
+        return Ok(());
+    }
+    let longest = rates.into_iter().map(longest_rk4_step);
+    let limit = longest.fold(f64::INFINITY, f64::min);
+    if integrator.max_step > limit {
         return Err(PipelineError::Step {
             step_us: 1e6 * integrator.max_step,
             limit_us: 1e6 * limit,

@@ -149,6 +149,7 @@ impl Integrator {
         Self {
             engine,
             pace: Pace {
+                crawling: 0,
                 tally: Tally::default(),
                 ..self.pace.clone()
             },
