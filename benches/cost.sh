@@ -27,8 +27,9 @@ machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)
 # What accuracy costs
 
 Each knob of a scene is turned with all others at their reference, and the error is set against CPU time and
-calls of the right-hand side; `squeakscope cost SCENE` does it for any scene, draws it, and ends in advice,
-which `--write` puts into the scene and `--accuracy 1e-4` takes. Errors of the state are the largest within
+calls of the right-hand side; `squeakscope cost SCENE` does it for any scene, draws it, records it for the
+viewer (`cost.rrd`: a tab a knob), and ends in advice, which `--write` puts into the scene and
+`--accuracy 1e-4` takes. Errors of the state are the largest within
 the time given, in the norm of the vibration's energy, relative to its size. This page is made by
 `benches/cost.sh`.
 

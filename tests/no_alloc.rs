@@ -133,6 +133,7 @@ fn integrating_allocates_nothing() {
     let methods = methods(Accuracy::relative(1e-6), 1.0, 0.01);
     for method in methods {
         let mut integrator = Integrator::new(method, &springs).expect("valid parameters");
+        let mut estimates = 0;
         let count = requests(|| {
             integrator
                 .start(&springs, 0.0, &start)
@@ -145,11 +146,13 @@ fn integrating_allocates_nothing() {
                 }
                 integrator.land(&springs, border).expect("a landing");
                 integrator.restart(&springs).expect("the same system again");
+                estimates += u32::from(integrator.take_error_estimate().is_some());
             }
         });
         let tally = integrator.tally();
         assert_eq!(count, 0, "{method:?} allocated in {tally:?}");
         let adaptive = !matches!(method, Method::Rk4 { .. });
+        assert_eq!(estimates, if adaptive { 10 } else { 0 }, "{method:?}");
         assert!(
             tally.steps > 50 && (tally.rejections > 0) == adaptive,
             "{method:?}: {tally:?}"

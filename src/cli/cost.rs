@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anstyle::Style;
@@ -11,9 +12,10 @@ use serde::Serialize;
 use super::args::CostArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
+use super::run::command_line;
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
@@ -27,7 +29,13 @@ pub(super) struct Tools {
     pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
     /// Draws the figures.
     pub draw: fn(&CostStudy) -> Result<Vec<Drawn>, Cause>,
+    /// Records the study of a plan, started by a command, into a file.
+    pub record: fn(&CostPlan, &CostStudy, &str, &Path) -> Result<(), Cause>,
 }
+
+/// The table and the recording in the directory asked for.
+const TABLE: &str = "cost.csv";
+const RECORDING: &str = "cost.rrd";
 
 /// Runs the command.
 ///
@@ -52,8 +60,18 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             .retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
     }
     plan.repeats = args.repeats.into();
-    plan.horizon = 1e-3 * args.horizon;
+    if let Some(horizon) = args.horizon {
+        plan.horizon = 1e-3 * horizon;
+    }
+    if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
+        return Err(CliError::NoAdvice);
+    }
     check_directory(&args.out, "--out")?;
+    if args.out.is_dir() {
+        for name in [TABLE, RECORDING] {
+            inside(&args.out, name)?;
+        }
+    }
     let own = args.scene.as_deref().map(OsStr::new);
     let [page, write, json] = check_all(
         own,
@@ -63,6 +81,20 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             ("--json", args.json.as_deref()),
         ],
     )?;
+    let figures = Knob::ALL
+        .iter()
+        .flat_map(|knob| ["svg", "png"].map(|ending| format!("cost-{}.{ending}", knob.name())));
+    let names: Vec<String> = [TABLE, RECORDING]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(figures)
+        .collect();
+    let others = [
+        ("--page", page.as_ref()),
+        ("--write", write.as_ref()),
+        ("--json", json.as_ref()),
+    ];
+    check_beside(&args.out, "--out", &names, &others)?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());
@@ -71,26 +103,48 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };
     let Some(study) = found.map_err(failed("cost study"))? else {
-        return Err(CliError::Interrupted);
+        return Err(CliError::NothingYet);
     };
     let advised = advice(&study.sets);
-    let mut files = write_figures(&args.out, &(tools.draw)(&study).map_err(failed("drawing"))?)?;
-    let csv = OutputFile::check(&args.out.join("cost.csv"), "--out")?;
-    csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
-    files.push(FileReport::of(&csv)?);
-    if let Some(file) = write {
-        let text = scene.with_advice(&settings(&advised))?.text;
-        file.write(|out| out.write_all(text.as_bytes()))?;
-        files.push(FileReport::of(&file)?);
-    }
-    let mut report = CostReport::new(&study, advised, files);
-    if let Some(file) = page {
-        let chapter = report.chapter();
-        file.write(|out| out.write_all(chapter.as_bytes()))?;
-        report.files.push(FileReport::of(&file)?);
-    }
+    let mut report = CostReport::new(&study, advised.clone());
+    // What is found is told even where a file cannot be written.
+    let mut write_all = || -> Result<(), CliError> {
+        let drawn = (tools.draw)(&study).map_err(failed("drawing"))?;
+        report.files = write_figures(&args.out, &drawn)?;
+        let csv = inside(&args.out, TABLE)?;
+        csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
+        report.files.push(FileReport::of(&csv)?);
+        let recording = inside(&args.out, RECORDING)?;
+        (tools.record)(&plan, &study, &command_line(), recording.path())
+            .map_err(failed("recording"))?;
+        report.files.push(FileReport::of(&recording)?);
+        if let Some(file) = &write
+            && !advised.is_empty()
+        {
+            let text = scene.with_advice(&settings(&advised))?.text;
+            file.write(|out| out.write_all(text.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        if let Some(file) = &page {
+            let chapter = report.chapter();
+            file.write(|out| out.write_all(chapter.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        Ok(())
+    };
+    let written = write_all();
     report::deliver(&report, json.as_ref())?;
-    Ok(())
+    written?;
+    match study.stopped {
+        true => Err(CliError::Interrupted),
+        false if write.is_some() && advised.is_empty() => Err(CliError::NoAdvice),
+        false => Ok(()),
+    }
+}
+
+/// One of the files in the directory asked for.
+fn inside(directory: &Path, name: &str) -> Result<OutputFile, CliError> {
+    Ok(OutputFile::check(&directory.join(name), "--out")?)
 }
 
 /// Advice as a scene states it: the error, the method, its tolerance or step.
@@ -144,8 +198,10 @@ pub struct CostReport {
     pub exponent_per_s: Option<f64>,
     /// The sets.
     pub sets: Vec<SetReport>,
-    /// The cheapest setting for each error.
+    /// The cheapest setting of the integrator for each error.
     pub advice: Vec<Advice>,
+    /// Whether Ctrl-C ended the study: then knobs are missing.
+    pub stopped: bool,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -183,7 +239,7 @@ pub struct PointReport {
 }
 
 impl CostReport {
-    fn new(study: &CostStudy, advice: Vec<Advice>, files: Vec<FileReport>) -> Self {
+    fn new(study: &CostStudy, advice: Vec<Advice>) -> Self {
         let sets = study.sets.iter().map(|set| SetReport {
             knob: set.knob.name(),
             family: set.family.clone(),
@@ -209,7 +265,8 @@ impl CostReport {
             exponent_per_s: study.exponent.map(|exponent| exponent.value),
             sets: sets.collect(),
             advice,
-            files,
+            stopped: study.stopped,
+            files: Vec::new(),
         }
     }
 }
@@ -324,7 +381,10 @@ impl Report for CostReport {
             }
         }
         if !self.advice.is_empty() {
-            let _ = writeln!(text, "{NAME}the cheapest setting{NAME:#}");
+            let _ = writeln!(
+                text,
+                "{NAME}the cheapest setting of the integrator{NAME:#}, for an error of its own: that of nodes, modes and elements comes on top"
+            );
             for advice in &self.advice {
                 let _ = writeln!(
                     text,
@@ -381,6 +441,7 @@ mod tests {
             scene: plan.scene.name.clone(),
             horizon: plan.horizon,
             exponent: None,
+            stopped: false,
             sets: vec![
                 set(
                     "lawson54",
@@ -403,6 +464,10 @@ mod tests {
                 png: Vec::new(),
             }])
         },
+        record: |plan, study, _, path| {
+            let words = format!("{} {}", plan.scene.name, study.sets.len());
+            Ok(std::fs::write(path, words)?)
+        },
     };
 
     fn args(folder: &std::path::Path) -> CostArgs {
@@ -410,7 +475,7 @@ mod tests {
             scene: Some("torus-3deg".to_owned()),
             only: Vec::new(),
             repeats: 1,
-            horizon: 2.0,
+            horizon: Some(2.0),
             out: folder.join("cost"),
             page: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),
@@ -443,6 +508,13 @@ mod tests {
         let csv = read("cost/cost.csv");
         assert_eq!(csv.lines().count(), 4, "{csv}");
         assert!(csv.contains("\"it 'blew' up\""), "{csv}");
+        assert_eq!(read("cost/cost.rrd"), "torus-3deg 2");
+        let written = json["files"].as_array().unwrap();
+        assert!(
+            written
+                .iter()
+                .any(|file| file["path"].as_str().unwrap().ends_with("cost.rrd"))
+        );
         let page = read("page.md");
         assert!(
             page.contains("| 1e-2 | `lawson54` at 1.0e-4 | 1.00 | 1000 | 2.0e-3 |"),
@@ -471,6 +543,14 @@ mod tests {
             ..args(folder.path())
         };
         assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        // A recording that cannot be written is known before any work.
+        let taken = folder.path().join("taken");
+        std::fs::create_dir_all(taken.join(RECORDING)).unwrap();
+        let taken = CostArgs {
+            out: taken,
+            ..args(folder.path())
+        };
+        assert_eq!(execute(&taken, &go, &TOOLS).unwrap_err().exit_code(), 2);
         let stop = AtomicBool::new(true);
         let stopped = execute(&args(folder.path()), &stop, &TOOLS).unwrap_err();
         assert_eq!(stopped.exit_code(), 130);

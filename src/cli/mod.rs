@@ -17,6 +17,7 @@ pub mod args;
 pub mod basins;
 pub mod calibrate;
 pub mod cost;
+mod cost_view;
 mod engine;
 mod error;
 pub mod flow_report;

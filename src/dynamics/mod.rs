@@ -102,4 +102,4 @@ pub use lyapunov::{
 };
 pub use switching::Switching;
 pub use system::System;
-pub use tally::Tally;
+pub use tally::{ErrorEstimate, Tally};

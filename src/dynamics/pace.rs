@@ -24,6 +24,9 @@ pub(super) struct Pace {
     pub crawling: u64,
     /// Work done.
     pub tally: Tally,
+    /// The largest error over the one allowed among the steps accepted since it was last asked for;
+    /// `None` without steps, or where steps are fixed and have no estimate.
+    pub largest_ratio: Option<f64>,
 }
 
 impl Pace {
@@ -95,8 +98,12 @@ impl Pace {
                 Control::Adaptive(controller) => controller.ratio(error, start_size.max(size)),
             };
             if ratio <= 1.0 {
-                if let (Control::Adaptive(controller), false) = (&mut self.control, landing) {
-                    controller.accept(ratio, gain);
+                if let Control::Adaptive(controller) = &mut self.control {
+                    if !landing {
+                        controller.accept(ratio, gain);
+                    }
+                    let before = self.largest_ratio.unwrap_or(0.0);
+                    self.largest_ratio = Some(before.max(ratio));
                 }
                 self.tally.steps += 1;
                 self.remember(size);

@@ -1,4 +1,4 @@
-//! Counters of the work done: public data, shown live and compared in tests.
+//! Counters of the work done, and the error made: public data, shown live and compared in tests.
 
 /// What an integration has done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,4 +21,20 @@ pub struct Tally {
     pub grazings: u64,
     /// Steps that ran over their guards, since these were crossed too often to stop at each.
     pub overrun: u64,
+}
+
+/// The largest estimate of the local error among some accepted steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorEstimate {
+    /// The estimate over the error allowed, 0 to 1.
+    pub ratio: f64,
+    /// The error allowed in a step, relative to the size of the state.
+    pub tolerance: f64,
+}
+
+impl ErrorEstimate {
+    /// The estimate, relative to the size of the state.
+    pub fn relative(self) -> f64 {
+        self.ratio * self.tolerance
+    }
 }

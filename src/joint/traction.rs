@@ -191,9 +191,9 @@ impl<L: Law> Traction<'_, '_, L> {
         let zero = Vector::splat(simd, 0.0);
         let mut u_r = zero;
         if !L::SLIDES {
-            for i in 0..modes {
+            for (i, &q) in q.iter().enumerate() {
                 let r = group.row(simd, i, |row| &row.r);
-                u_r = r.mul_add(Vector::splat(simd, q[i]), u_r);
+                u_r = r.mul_add(Vector::splat(simd, q), u_r);
             }
             let slip = [zero; 3];
             return Motion { u_r, slip };

@@ -44,6 +44,7 @@ impl HealthMeter {
         let health = Health {
             time: frame.end(),
             real_time_factor: factor(span, frame.busy_seconds - self.busy_seconds),
+            error: frame.error,
             steps_per_ms: per_ms(frame.tally.steps, self.tally.steps),
             rejections_per_ms: per_ms(frame.tally.rejections, self.tally.rejections),
             calls_per_ms: per_ms(frame.tally.calls, self.tally.calls),
@@ -74,7 +75,10 @@ fn factor(time: f64, busy: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::message::EnergySample;
+    use crate::dynamics::ErrorEstimate;
+    use crate::pipeline::message::{EnergySample, Record};
+    use crate::pipeline::{Monitor, run};
+    use crate::scene::Scene;
 
     /// Squares overflow long before the state does.
     #[test]
@@ -89,5 +93,49 @@ mod tests {
         };
         let health = HealthMeter::default().measure(&frame, 0, 0, 0);
         assert_eq!(health.audit, Some(f64::INFINITY));
+    }
+
+    #[test]
+    fn rates_are_those_of_a_frame_and_the_error_is_its_own() {
+        let frame = |t0: f64, calls, busy_seconds, ratio| Frame {
+            t0,
+            dt: 1e-3,
+            displacement: vec![0.0; 2],
+            tally: Tally {
+                calls,
+                ..Tally::default()
+            },
+            error: Some(ErrorEstimate {
+                ratio,
+                tolerance: 1e-5,
+            }),
+            busy_seconds,
+            ..Frame::default()
+        };
+        let mut meter = HealthMeter::default();
+        meter.measure(&frame(0.0, 500, 1e-3, 0.9), 0, 0, 0);
+        let health = meter.measure(&frame(2e-3, 2500, 2e-3, 0.4), 0, 0, 0);
+        assert!((health.calls_per_ms - 1000.0).abs() < 1e-9);
+        assert!((health.real_time_factor - 2.0).abs() < 1e-9);
+        assert_eq!(health.error.map(|error| error.ratio), Some(0.4));
+    }
+
+    /// The first frame with everything that leads to it, each later one with its own steps.
+    #[test]
+    fn every_frame_of_a_run_tells_its_local_error() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = scene.with_duration(8.0).unwrap();
+        let mut records: Vec<Record> = Vec::new();
+        run(&scene, "test", &mut records, Monitor::default()).unwrap();
+        let errors = records.iter().filter_map(|record| match record {
+            Record::Health(health) => Some(health.error.expect("steps with an estimate")),
+            _ => None,
+        });
+        let errors: Vec<ErrorEstimate> = errors.collect();
+        assert!(errors.len() > 4, "{}", errors.len());
+        for error in errors {
+            assert_eq!(error.tolerance, scene.integrator.tolerance);
+            assert!(error.ratio > 0.0 && error.ratio <= 1.0, "{error:?}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
-use crate::dynamics::{Attractor, LyapunovSpectrum, Motion, Tally};
+use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, Tally};
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -191,6 +191,8 @@ pub struct Frame {
     pub status: Vec<u8>,
     /// Work of the integrator since the start.
     pub tally: Tally,
+    /// The largest local error of the steps to this frame; `None` where steps have no estimate.
+    pub error: Option<ErrorEstimate>,
     /// Wall time the simulation thread has spent integrating since the start, s.
     pub busy_seconds: f64,
 }
@@ -595,6 +597,8 @@ pub struct Health {
     pub time: f64,
     /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
+    /// The largest local error of a step; `None` where there is no estimate.
+    pub error: Option<ErrorEstimate>,
     /// Accepted steps per simulated millisecond.
     pub steps_per_ms: f64,
     /// Rejected steps per simulated millisecond.

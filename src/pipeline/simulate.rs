@@ -272,6 +272,7 @@ impl Source for Simulation {
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.tally = self.integrator.tally();
+        frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))
     }

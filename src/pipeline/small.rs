@@ -107,6 +107,7 @@ impl Source for SmallSimulation {
                 .follow(system.as_ref(), integrator, reached, probe, &mut frame)?;
         }
         frame.tally = integrator.tally();
+        frame.error = integrator.take_error_estimate();
         frame.transitions = frame.tally.crossings - self.crossings;
         self.crossings = frame.tally.crossings;
         self.next_sample += count;

@@ -11,13 +11,14 @@ use super::{
     delay::Delay,
     error::RecordError,
     exponents::ExponentsPlot,
+    health,
     patch::Patch,
     paths::{self, Root},
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
     recurrence::{Picture, Recurrence},
     regime,
-    samples::{self, Samples, Waveform},
+    samples::{Samples, Waveform},
     section::Section,
     small::SmallFrames,
     spectrum::{self, Spectrogram, Spectrum, SpectrumPlot},
@@ -72,13 +73,13 @@ impl Frames {
         let joint = match &header.subject {
             Subject::Joint(joint) => joint,
             Subject::Small(small) => {
-                samples::name_health(rec)?;
+                health::name(rec)?;
                 portrait::style_point(rec)?;
                 return Ok(Self::Small(Box::new(SmallFrames::new(rec, small)?)));
             }
             Subject::Signal(signal) => return Ok(Self::Signal(Waveform::new(rec, signal)?)),
         };
-        samples::name_health(rec)?;
+        health::name(rec)?;
         portrait::style_point(rec)?;
         Ok(Self::Joint(Box::new(JointFrames {
             samples: Samples::new(rec, joint)?,
@@ -234,7 +235,7 @@ impl Encoder {
             },
             // Playing a file back is no simulation whose health could matter.
             Record::Health(health) => match self.frames {
-                Frames::Joint(_) | Frames::Small(_) => samples::log_health(rec, health),
+                Frames::Joint(_) | Frames::Small(_) => health::log(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),

@@ -1,6 +1,11 @@
 //! A recording stream whose end is a file: how it is opened, and how the file is made whole.
 
-use std::time::Duration;
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom},
+    path::Path,
+    time::Duration,
+};
 
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
@@ -53,13 +58,59 @@ pub fn sink(file: &PartFile) -> Result<FileSink, RecordError> {
 /// Closes the file of a stream that has been flushed; its index is written then.
 pub fn seal(rec: &RecordingStream, file: &PartFile) -> Result<(), RecordError> {
     // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
-    // Rerun reports no failure there, but an index that could not be written adds nothing.
-    let before = file.len()?;
     rec.set_sink(Box::new(BufferedSink::new()));
     rec.flush_with_timeout(FLUSH_PATIENCE)
         .map_err(|error| file.write_error(error.to_string()))?;
-    if file.len()? <= before {
-        return Err(file.write_error("the index at its end is missing".to_owned()));
+    // Rerun reports no failure there.
+    if !is_whole(file.part()).map_err(|error| file.write_error(error.to_string()))? {
+        return Err(file.write_error("its end is missing, as on a full disk".to_owned()));
     }
     Ok(())
+}
+
+/// Whether a recording has all that was written to it: at its very end stands where its index is, and
+/// that is just before this end. What was lost in between would have moved it.
+///
+/// The end, 32 bytes: start and length of the index, two 64-bit numbers; its checksum, 32 bits; `RRF2`
+/// and `FOOT`; the number of indices, 32 bits, which is 1. All little-endian.
+fn is_whole(path: &Path) -> io::Result<bool> {
+    const END: u64 = 32;
+    let mut file = File::open(path)?;
+    let size = file.metadata()?.len();
+    if size < END {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::Start(size - END))?;
+    let mut end = [0; END as usize];
+    file.read_exact(&mut end)?;
+    let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| end[at + k]));
+    let index_end = number(0).checked_add(number(8));
+    Ok(end[20..] == *b"RRF2FOOT\x01\0\0\0" && index_end == Some(size - END))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file that lacks bytes anywhere is not taken for whole.
+    #[test]
+    fn what_a_full_disk_leaves_is_not_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let part = PartFile::create(&folder.path().join("a.rrd")).unwrap();
+        let rec = open("test", Box::new(sink(&part).unwrap()), false).unwrap();
+        rec.log("words", &rerun::TextLog::new("something")).unwrap();
+        rec.flush_with_timeout(FLUSH_PATIENCE).unwrap();
+        assert!(!is_whole(part.part()).unwrap());
+        seal(&rec, &part).unwrap();
+        let whole = std::fs::read(part.part()).unwrap();
+        let lacking = |from: usize, to: usize| {
+            let path = folder.path().join("b");
+            std::fs::write(&path, [&whole[..from], &whole[to..]].concat()).unwrap();
+            !is_whole(&path).unwrap()
+        };
+        let size = whole.len();
+        assert!(!lacking(size, size));
+        assert!(lacking(size - 1, size) && lacking(size - 40, size) && lacking(0, size));
+        assert!(lacking(size / 2, size / 2 + 7));
+    }
 }

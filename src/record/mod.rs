@@ -5,7 +5,7 @@
 //! `blueprint` lays out the viewer's screen.
 //!
 //! * Time: one timeline, `sim_time`, a duration in ns of simulated time. ([`sweep`] saves a sweep
-//!   instead of a run, with the swept parameter as its timeline.)
+//!   instead of a run, with the swept parameter as its timeline, [`cost`] what accuracy costs, with none.)
 //! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
 //! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
 //!   row; pictures go one by one at a fixed size.
@@ -33,11 +33,13 @@ mod blueprint;
 mod body;
 mod butterfly;
 mod chaos;
+pub mod cost;
 mod delay;
 mod encode;
 mod error;
 mod exponents;
 mod file_stream;
+mod health;
 mod outlet;
 mod part_file;
 mod patch;

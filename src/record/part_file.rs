@@ -71,12 +71,6 @@ impl PartFile {
         &self.part
     }
 
-    /// Bytes written so far.
-    pub fn len(&self) -> Result<u64, RecordError> {
-        let size = std::fs::metadata(&self.part).map(|data| data.len());
-        size.map_err(|error| self.write_error(error.to_string()))
-    }
-
     /// Writing has failed.
     pub fn write_error(&self, reason: String) -> RecordError {
         RecordError::Write {

@@ -238,9 +238,15 @@ pub const REGIME_CONFIDENCE: &str = "regime/confidence";
 /// Kind and evidence, in words.
 pub const REGIME_VERDICT: &str = "regime/verdict";
 
+/// How accurate the steps are and what they cost now, in words.
+pub const HEALTH_WORDS: &str = "health/words";
+/// The largest local error of a step, over the error allowed.
+pub const HEALTH_ERROR: &str = "health/local_error";
+/// Calls of the right-hand side, per simulated ms.
+pub const HEALTH_CALLS: &str = "health/calls";
 /// Simulated seconds a second.
 pub const HEALTH_SPEED: &str = "health/real_time_factor";
-/// Steps, rejections, calls and contact transitions, per simulated ms.
+/// Steps, rejections and contact transitions, per simulated ms.
 pub const HEALTH_WORK: &str = "health/work";
 /// Frames and records waiting, pictures replaced.
 pub const HEALTH_QUEUES: &str = "health/queues";
@@ -269,7 +275,17 @@ pub const DIAGRAM_KEY: &str = "diagram/key";
 /// Everything about a point of a sweep, in words.
 pub const POINT_WORDS: &str = "words";
 
-/// Where a part of the recording stands: empty for a run, a folder a start for a sweep.
+/// All that a recording of what accuracy costs holds, knob by knob.
+pub const COST: &str = "cost";
+/// What a knob is, the cheapest settings, all its points, in words.
+pub const KNOB_WORDS: &str = "words";
+/// Error over CPU time.
+pub const COST_TIME: &str = "time";
+/// Error over calls of the right-hand side.
+pub const COST_CALLS: &str = "calls";
+
+/// Where a part of the recording stands: empty for a run, a folder a start for a sweep, a folder a knob
+/// for what accuracy costs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Root(String);
 
@@ -282,6 +298,11 @@ impl Root {
     /// That of the points of a sweep that were started in one way.
     pub fn of_start(start: &str) -> Self {
         Self(format!("{SWEEP}/{start}/"))
+    }
+
+    /// That of the settings of one knob.
+    pub fn of_knob(knob: &str) -> Self {
+        Self(format!("{COST}/{knob}/"))
     }
 
     /// The whole path of one of the paths of this file.
@@ -303,6 +324,57 @@ pub fn note(picture: &str) -> String {
 /// One tile of the spectrogram, from 0.
 pub fn spectrogram_tile(index: usize) -> String {
     format!("{SPECTROGRAM}/tile_{index:02}")
+}
+
+/// Axes of one of the two pictures of a knob.
+pub fn cost_axes(picture: &str) -> String {
+    format!("{picture}/axes")
+}
+
+/// What the colours of one of the two pictures of a knob mean.
+pub fn cost_key(picture: &str) -> String {
+    format!("{picture}/key")
+}
+
+/// The reference's own error.
+pub fn cost_floor(picture: &str) -> String {
+    format!("{picture}/floor")
+}
+
+/// The cheapest settings in one of the two pictures of a knob.
+pub fn cost_advised(picture: &str) -> String {
+    format!("{picture}/advised")
+}
+
+/// A family of settings: the line through its points.
+pub fn cost_curve(picture: &str, family: &str) -> String {
+    format!("{picture}/curves/{}", name_of(family))
+}
+
+/// See [`cost_curve`]: the settings.
+pub fn cost_points(picture: &str, family: &str) -> String {
+    format!("{picture}/points/{}", name_of(family))
+}
+
+/// See [`cost_curve`]: the settings that failed.
+pub fn cost_failed(picture: &str, family: &str) -> String {
+    format!("{picture}/failed/{}", name_of(family))
+}
+
+/// See [`cost_curve`]: whose failures they are.
+pub fn cost_failed_words(picture: &str, family: &str) -> String {
+    format!("{picture}/failed/{}/words", name_of(family))
+}
+
+/// The numbers of a family of settings.
+pub fn cost_numbers(family: &str) -> String {
+    format!("numbers/{}", name_of(family))
+}
+
+/// Words as a part of a path, which needs no escapes then.
+fn name_of(words: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+    words.replace(|c| !plain(c), "_")
 }
 
 /// Curves and names of a plot's axes live in two entities below the plot's axes.

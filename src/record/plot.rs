@@ -10,6 +10,14 @@ use super::{
     style::{self, short},
 };
 
+/// An axis over more decades than this has a tick at every other one.
+const MOST_POWERS: i32 = 12;
+/// An axis with more round numbers than this has ticks at the powers of ten alone.
+const MOST_TICKS: usize = 9;
+/// Width of a letter of a key and of the space after a word, pixels.
+const LETTER: f32 = 9.0;
+const SPACE: f32 = 22.0;
+
 /// How an axis maps its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scaling {
@@ -63,6 +71,49 @@ impl Axis {
             high: 10f64.powi(high),
             scaling: Scaling::Logarithmic,
             ticks: (low + 1..=high).step_by(2).map(|k| 10f64.powi(k)).collect(),
+        }
+    }
+
+    /// A logarithmic axis over whole decades, `10^low` to `10^high`, with a tick at each, or at every
+    /// other where there are many.
+    pub fn powers(name: impl Into<String>, [low, high]: [i32; 2]) -> Self {
+        let step = if high - low > MOST_POWERS { 2 } else { 1 };
+        Self {
+            ticks: (low..=high).step_by(step).map(|k| 10f64.powi(k)).collect(),
+            ..Self::decades(name, low, high)
+        }
+    }
+
+    /// A logarithmic axis that holds two different positive values closely: from and to 1, 2 or 5 times
+    /// a power of ten, with ticks at these, or at the powers alone where there are many.
+    pub fn closely(name: impl Into<String>, [low, high]: [f64; 2]) -> Self {
+        let powers = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
+        let round = powers.flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
+        let below = round.clone().rfind(|value| *value <= low * (1.0 + 1e-9));
+        let above = round.clone().find(|value| *value >= high * (1.0 - 1e-9));
+        let mut axis = Self {
+            name: name.into(),
+            low: below.unwrap_or(low),
+            high: above.unwrap_or(high),
+            scaling: Scaling::Logarithmic,
+            ticks: Vec::new(),
+        };
+        let inside = round.filter(|value| (axis.low..=axis.high).contains(value));
+        axis.ticks = inside.collect();
+        if axis.ticks.len() > MOST_TICKS {
+            axis.ticks.retain(|tick| is_power_of_ten(*tick));
+        }
+        axis
+    }
+
+    /// What stands at a tick. On a logarithmic axis all are powers of ten, unless all read well as they
+    /// are.
+    fn words(&self, tick: f64) -> String {
+        let plain = self.ticks.iter().all(|tick| (1e-2..=1e3).contains(tick));
+        let powers = self.ticks.iter().all(|tick| is_power_of_ten(*tick));
+        match self.scaling {
+            Scaling::Logarithmic if powers && !plain => power_of_ten(tick),
+            Scaling::Logarithmic | Scaling::Linear => short(tick),
         }
     }
 
@@ -167,11 +218,11 @@ impl Plot {
         let mut words = Vec::new();
         for &tick in &self.x.ticks {
             points.push([self.at(tick, self.y.low)[0], self.height + 11.0]);
-            words.push(short(tick));
+            words.push(self.x.words(tick));
         }
         for &tick in &self.y.ticks {
             points.push([-26.0, self.at(self.x.low, tick)[1] - 12.0]);
-            words.push(short(tick));
+            words.push(self.y.words(tick));
         }
         points.push([0.5 * self.width, self.height + 40.0]);
         words.push(self.x.name.clone());
@@ -264,6 +315,79 @@ impl Plot {
     }
 }
 
+impl Plot {
+    /// Says for all times what the colours mean, above the field: a plot that has such a key needs a head
+    /// of [`key_height`].
+    pub fn draw_key(
+        &self,
+        rec: &RecordingStream,
+        path: &str,
+        words: &[(String, Color)],
+    ) -> Result<(), RecordError> {
+        let places = place_key(self.width, words);
+        let key = Points2D::new(places)
+            .with_labels(words.iter().map(|(name, _)| name.as_str()))
+            .with_show_labels(true)
+            .with_colors(words.iter().map(|(_, color)| *color))
+            .with_radii([Radius::new_ui_points(0.0)]);
+        Ok(rec.log_static(path, &key)?)
+    }
+}
+
+/// Width of a word of a key, with the space after it.
+fn room(word: &(String, Color)) -> f32 {
+    LETTER * word.0.chars().count() as f32 + SPACE
+}
+
+/// The lines of a key: a second one where the width does not hold all words.
+fn key_lines(width: f32, words: &[(String, Color)]) -> Vec<&[(String, Color)]> {
+    if words.iter().map(room).sum::<f32>() > width {
+        let (first, second) = words.split_at(words.len().div_ceil(2));
+        vec![first, second]
+    } else {
+        vec![words]
+    }
+}
+
+/// What a key needs above a field of some width, pixels.
+pub fn key_height(width: f32, words: &[(String, Color)]) -> f32 {
+    key_lines(width, words).len() as f32 * CAPTION_HEIGHT
+}
+
+/// Where the words of a key stand: side by side in the middle above a field.
+fn place_key(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
+    let lines = key_lines(width, words);
+    let mut places = Vec::new();
+    for (above, line) in (0..lines.len()).rev().zip(lines) {
+        let mut left = 0.5 * (width - line.iter().map(room).sum::<f32>());
+        for word in line {
+            let height = -36.0 - above as f32 * CAPTION_HEIGHT;
+            places.push([left + 0.5 * room(word), height]);
+            left += room(word);
+        }
+    }
+    places
+}
+
+/// Whether a positive value is one.
+fn is_power_of_ten(value: f64) -> bool {
+    let exponent = value.log10();
+    (exponent - exponent.round()).abs() < 1e-9
+}
+
+/// A power of ten, such as `10⁻³`.
+fn power_of_ten(value: f64) -> String {
+    let exponent = format!("{:.0}", value.log10());
+    let raised = exponent.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    format!("10{}", raised.collect::<String>())
+}
+
 /// Height of a line of words above the field, pixels.
 pub const CAPTION_HEIGHT: f32 = 26.0;
 
@@ -311,6 +435,44 @@ mod tests {
         let axis = Axis::decades("v", -2, 1);
         assert_eq!(axis.ticks, [0.1, 10.0]);
         assert!((axis.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn powers_of_ten_are_words() {
+        let axis = Axis::powers("error", [-4, 1]);
+        assert_eq!(axis.ticks.len(), 6);
+        assert_eq!(axis.words(1e-4), "10⁻⁴");
+        assert_eq!(axis.words(10.0), "10¹");
+        let axis = Axis::powers("CPU time, ms", [-1, 2]);
+        assert_eq!(
+            (axis.words(0.1), axis.words(100.0)),
+            ("0.1".into(), "100".into())
+        );
+        assert_eq!(Axis::powers("error", [-16, 0]).ticks.len(), 9);
+    }
+
+    #[test]
+    fn an_axis_holds_its_values_closely() {
+        let axis = Axis::closely("calls", [1600.0, 40e3]);
+        assert_eq!(axis.ticks, [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
+        assert_eq!((axis.low, axis.high), (1e3, 5e4));
+        assert_eq!(axis.words(2e3), "2000");
+        let axis = Axis::closely("calls", [30.0, 3e5]);
+        assert_eq!(axis.ticks, [1e2, 1e3, 1e4, 1e5]);
+        assert_eq!(axis.words(1e4), "10⁴");
+    }
+
+    #[test]
+    fn a_key_stands_side_by_side_and_breaks_once() {
+        let word = |name: &str| (name.to_owned(), style::AXIS);
+        let words = [word("silent"), word("periodic")];
+        let one = place_key(560.0, &words);
+        assert!(one[0][0] < one[1][0] && one[0][1] == one[1][1]);
+        let words = [word("quasi-periodic"), word("periodic")];
+        let two = place_key(200.0, &words);
+        assert_eq!((two[0][0], two[1][0]), (100.0, 100.0));
+        assert!(two[0][1] < two[1][1], "the first above the second");
+        assert_eq!(key_height(200.0, &words), 2.0 * CAPTION_HEIGHT);
     }
 
     #[test]

@@ -1,9 +1,9 @@
-//! Columns of plain numbers: probe, modes, energies, tilt, health.
+//! Columns of plain numbers: probe, modes, energies, tilt.
 
 use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
 
 use super::{error::RecordError, paths, plot::Bounds, stream, style};
-use crate::pipeline::message::{Frame, Health, JointInfo, ModeInfo, SignalInfo};
+use crate::pipeline::message::{Frame, JointInfo, ModeInfo, SignalInfo};
 
 /// Rows sent in one go, if nobody asks for them before: each go takes a line of the index of a file.
 const BATCH_ROWS: usize = 4000;
@@ -217,65 +217,4 @@ fn draw_mode_key(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
 /// Label and frequency of a mode.
 fn mode_name(mode: &ModeInfo) -> String {
     format!("{} · {:.2} kHz", mode.label, 1e-3 * mode.frequency_hz)
-}
-
-/// Names the series of the run's health.
-pub fn name_health(rec: &RecordingStream) -> Result<(), RecordError> {
-    let entities: [(&str, &[&str]); 4] = [
-        (paths::HEALTH_SPEED, &["simulated s per s"]),
-        (
-            paths::HEALTH_WORK,
-            &[
-                "steps per ms",
-                "rejections per ms",
-                "right-hand sides per ms",
-                "contact transitions per ms",
-            ],
-        ),
-        (
-            paths::HEALTH_QUEUES,
-            &["frames waiting", "records waiting", "pictures replaced"],
-        ),
-        (paths::HEALTH_AUDIT, &["relative energy residual"]),
-    ];
-    for (path, names) in entities {
-        let names = names.iter().map(|name| (*name).to_owned());
-        let colors = style::MODES.into_iter().step_by(2).take(names.len());
-        name_series(rec, path, names, colors)?;
-    }
-    Ok(())
-}
-
-/// Logs the run's health; rare enough to go row by row.
-pub fn log_health(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
-    let log = |path, values: &[f64]| {
-        stream::log_at(
-            rec,
-            path,
-            health.time,
-            &Scalars::new(values.iter().copied()),
-        )
-    };
-    log(paths::HEALTH_SPEED, &[health.real_time_factor])?;
-    log(
-        paths::HEALTH_WORK,
-        &[
-            health.steps_per_ms,
-            health.rejections_per_ms,
-            health.calls_per_ms,
-            health.events_per_ms,
-        ],
-    )?;
-    log(
-        paths::HEALTH_QUEUES,
-        &[
-            health.frames_waiting as f64,
-            health.records_waiting as f64,
-            health.drops as f64,
-        ],
-    )?;
-    match health.audit {
-        Some(audit) => log(paths::HEALTH_AUDIT, &[audit]),
-        None => Ok(()),
-    }
 }

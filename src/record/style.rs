@@ -304,6 +304,13 @@ pub fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
+/// The first letter large.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
 /// A number for a label: at most three significant digits, no trailing zeros.
 pub fn short(x: f64) -> String {
     if x == 0.0 {

@@ -88,6 +88,10 @@ fn reading(header: &Header) -> String {
             has(AnalysisKind::Butterfly),
             "**Butterfly** | a second copy of the joint (orange) that started almost like the first: its distance on a logarithmic scale grows with the largest exponent as its slope, until it is as large as the motion",
         ),
+        (
+            joint || small,
+            "**Health** | the largest local error that the integrator sees in the steps of a frame, over the tolerance (1 is all that is allowed); what a simulated millisecond costs in steps and calls of the right-hand side, and how fast that is here",
+        ),
     ];
     let rows = rows.iter().filter(|(there, _)| *there);
     let rows: String = rows.map(|(_, row)| format!("| {row} |\n")).collect();

@@ -151,6 +151,7 @@ impl Integrator {
             pace: Pace {
                 crawling: 0,
                 tally: Tally::default(),
+                largest_ratio: None,
                 ..self.pace.clone()
             },
             events: self.events.clone(),

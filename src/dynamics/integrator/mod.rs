@@ -18,7 +18,7 @@ use super::events::Events;
 use super::pace::Pace;
 use super::stepper::{Stepper, switching};
 use super::tangents::Tangents;
-use super::{DynamicsError, System, Tally};
+use super::{DynamicsError, ErrorEstimate, System, Tally};
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
 ///
@@ -66,6 +66,7 @@ impl Integrator {
             size: Size::default(),
             crawling: 0,
             tally: Tally::default(),
+            largest_ratio: None,
         };
         let mut integrator = Self {
             engine,
@@ -323,6 +324,15 @@ impl Integrator {
     /// Work done since [`Integrator::new`].
     pub fn tally(&self) -> Tally {
         self.pace.tally
+    }
+
+    /// The largest estimate of the local error among the steps accepted since it was last taken, or
+    /// since [`Integrator::new`]; `None` where there was no step, or steps are fixed. A step that was
+    /// cut at an event or taken back counts as a whole.
+    pub fn take_error_estimate(&mut self) -> Option<ErrorEstimate> {
+        let tolerance = self.tolerance()?;
+        let ratio = self.pace.largest_ratio.take()?;
+        Some(ErrorEstimate { ratio, tolerance })
     }
 
     /// Steps until time `t` (s) is reached, and no step past `limit` (s).

@@ -141,6 +141,41 @@ fn with_force_jumps_the_full_order_is_reached_by_stopping_and_only_so() {
     }
 }
 
+/// The estimate is what the controller judges by: asked at every sample or once, the largest is the
+/// same; it is at most what is allowed, and reaches a good part of it.
+#[test]
+fn the_largest_error_estimate_is_that_of_the_steps_since_it_was_taken() {
+    let relative = 1e-7;
+    for method in all_methods(relative, 1.0, 6e-3) {
+        let is_fixed = matches!(method, Method::Rk4 { .. });
+        let mut often = rolling(method);
+        let mut once = often.clone();
+        let mut out = Duffing::START;
+        let mut largest: f64 = 0.0;
+        often.take_error_estimate();
+        once.take_error_estimate();
+        assert_eq!(
+            often.take_error_estimate(),
+            None,
+            "{method:?}: no step since"
+        );
+        for k in 1..=100 {
+            let t = 1.0 + 0.1 * f64::from(k);
+            often.sample(&Duffing, t, &mut out).unwrap();
+            once.sample(&Duffing, t, &mut out).unwrap();
+            if let Some(estimate) = often.take_error_estimate() {
+                largest = largest.max(estimate.ratio);
+            }
+        }
+        let estimate = once.take_error_estimate();
+        assert_eq!(estimate.is_none(), is_fixed, "{method:?}");
+        let Some(estimate) = estimate else { continue };
+        assert_eq!((estimate.ratio, estimate.tolerance), (largest, relative));
+        assert!(largest > 0.3 && largest <= 1.0, "{method:?}: {largest}");
+        assert_eq!(estimate.relative(), largest * relative);
+    }
+}
+
 /// An integrator whose next step is a full one: the first steps after a start are shorter.
 fn rolling(method: Method) -> Integrator {
     run(method, &Duffing, &Duffing::START, 1.0)

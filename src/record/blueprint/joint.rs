@@ -134,14 +134,28 @@ impl Layout {
         tab("Modes", screen.row())
     }
 
+    /// How accurate the steps are and what they cost now, in words and over the run.
     pub fn health_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        let words = self.text("Accuracy and cost now", paths::HEALTH_WORDS);
+        let error = self.series(
+            "Largest local error of a step in each frame, over the tolerance",
+            paths::HEALTH_ERROR,
+            None,
+        );
+        // A step that passes is at most at the tolerance; a little room, so that it is seen there.
+        self.range(&error, 0.0, 1.05);
+        let calls = self.series(
+            "Cost: calls of the right-hand side per simulated ms",
+            paths::HEALTH_CALLS,
+            None,
+        );
         let speed = self.series(
             "Speed: simulated seconds per second",
             paths::HEALTH_SPEED,
             None,
         );
         let work = self.series(
-            "Per simulated ms: steps (blue), rejected (orange), right-hand sides (green), transitions (pink)",
+            "Per simulated ms: steps (blue), rejected (orange), transitions (green)",
             paths::HEALTH_WORK,
             None,
         );
@@ -153,15 +167,22 @@ impl Layout {
         // Only of a joint is it known where its energy comes from.
         let audit = header.joint().map(|_| {
             self.series(
-                "Energy audit: unaccounted, relative to what was turned over",
+                "Energy audit: unaccounted over what was turned over",
                 paths::HEALTH_AUDIT,
                 None,
             )
         });
-        let left = Parts::new().add(1.0, speed).add(1.0, work).column();
-        let right = Parts::new().add(1.0, queues).add(1.0, audit).column();
-        let plots = Parts::new().add(1.0, left).add(1.0, right).row();
-        let screen = Parts::new().add(0.8, plots).add(0.2, log());
+        let accuracy = Parts::new().add(1.0, error).add(1.0, audit).column();
+        let cost = Parts::new().add(1.0, calls).add(1.0, speed).column();
+        let work = Parts::new().add(1.0, work).add(1.0, queues).column();
+        let plots = Parts::new()
+            .add(1.0, accuracy)
+            .add(1.0, cost)
+            .add(1.0, work);
+        let screen = Parts::new()
+            .add(0.11, words)
+            .add(0.72, plots.row())
+            .add(0.17, log());
         tab("Health", screen.column())
     }
 

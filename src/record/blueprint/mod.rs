@@ -5,6 +5,7 @@
 //! property is an archetype logged at `view/<id>/<archetype>`. So the blueprint is written to
 //! memory, the properties are added to the same store, and all of it is sent on together.
 
+mod cost;
 mod flow;
 mod joint;
 mod laboratory;
@@ -43,6 +44,7 @@ use crate::{
     scene::RecordSpec,
 };
 
+pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
 
 /// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
@@ -136,6 +138,16 @@ impl Layout {
                 .join(&EntityPath::from_single_string(A::name().short_name()));
             self.properties
                 .push((path, property.as_serialized_batches()));
+        }
+    }
+
+    /// Gives a view what its entities have where they do not say it themselves.
+    fn set_default(&mut self, view: &ContainerLike, looks: &impl rerun::AsComponents) {
+        if let ContainerLike::View(view) = view {
+            let path = view
+                .blueprint_path()
+                .join(&EntityPath::from_single_string("defaults"));
+            self.properties.push((path, looks.as_serialized_batches()));
         }
     }
 

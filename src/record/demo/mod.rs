@@ -6,6 +6,7 @@ mod laboratory;
 use std::{f64::consts::TAU, sync::Arc};
 
 use crate::{
+    dynamics::ErrorEstimate,
     pipeline::message::{
         AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
         PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, SignalInfo, Subject,
@@ -105,6 +106,10 @@ pub fn records(duration: f64) -> Vec<Record> {
             records.push(Record::Health(Health {
                 time: now,
                 real_time_factor: 0.8 + 0.1 * (30.0 * now).sin(),
+                error: Some(ErrorEstimate {
+                    ratio: 0.9,
+                    tolerance: 1e-5,
+                }),
                 steps_per_ms: 120.0,
                 rejections_per_ms: 7.0,
                 calls_per_ms: 840.0,

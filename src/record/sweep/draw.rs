@@ -17,7 +17,7 @@ use crate::{
         error::RecordError,
         exponents,
         paths::{self, Root},
-        plot::{Axes, CAPTION_HEIGHT, Plot},
+        plot::{Axes, Plot},
         portrait::{self, Field},
         recurrence::{Picture, Recurrence},
         spectrum::{self, Spectrum},
@@ -33,9 +33,6 @@ const NOTHING_MOVES: &str = "nothing moves here";
 const NO_RESPONSE: &str = "no response here";
 const NOT_DONE: &str = "not computed yet";
 const NOT_KEPT: &str = "no motion was kept here";
-/// Width of a letter of the diagram's key and of the space after a word, pixels.
-const LETTER: f32 = 9.0;
-const SPACE: f32 = 22.0;
 
 /// What the pictures at one value have in common.
 pub struct Frame {
@@ -142,13 +139,7 @@ impl<'a> Draw<'a> {
             .with_radii([Radius::new_ui_points(1.8)]);
         rec.log_static(self.root.at(paths::DIAGRAM_POINTS), &points)?;
 
-        let places = place_key(plot.width, &kinds);
-        let key = Points2D::new(places)
-            .with_labels(kinds.iter().map(|(name, _)| name.as_str()))
-            .with_show_labels(true)
-            .with_colors(kinds.iter().map(|(_, color)| *color))
-            .with_radii([Radius::new_ui_points(0.0)]);
-        Ok(rec.log_static(self.root.at(paths::DIAGRAM_KEY), &key)?)
+        plot.draw_key(rec, &self.root.at(paths::DIAGRAM_KEY), &kinds)
     }
 
     /// Draws the point at a value.
@@ -385,27 +376,6 @@ impl<'a> Draw<'a> {
     }
 }
 
-/// Where the words of a key stand: side by side in the middle above a field, a second line below the
-/// first where one does not hold them.
-fn place_key(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
-    let room = |word: &(String, Color)| LETTER * word.0.chars().count() as f32 + SPACE;
-    let mut lines: Vec<&[(String, Color)]> = vec![words];
-    if words.iter().map(room).sum::<f32>() > width {
-        let (first, second) = words.split_at(words.len().div_ceil(2));
-        lines = vec![second, first];
-    }
-    let mut places = vec![[0.0; 2]; 0];
-    for (number, line) in lines.iter().enumerate().rev() {
-        let mut left = 0.5 * (width - line.iter().map(room).sum::<f32>());
-        for word in *line {
-            let height = -36.0 - number as f32 * CAPTION_HEIGHT;
-            places.push([left + 0.5 * room(word), height]);
-            left += room(word);
-        }
-    }
-    places
-}
-
 /// A spectrum with fewer points, if it has too many: the least and the largest of so many bins each,
 /// in their order.
 fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f64>) {
@@ -441,15 +411,5 @@ mod tests {
         assert_eq!((thin[100], thin[125]), (1.0, f64::from(1e-6f32)));
         let few = thinned(2.0, &amplitude[..SPECTRUM_POINTS]);
         assert_eq!((few.0, few.1.len()), (2.0, SPECTRUM_POINTS));
-    }
-
-    #[test]
-    fn a_key_stands_side_by_side_and_breaks_once() {
-        let word = |name: &str| (name.to_owned(), style::AXIS);
-        let one = place_key(560.0, &[word("silent"), word("periodic")]);
-        assert!(one[0][0] < one[1][0] && one[0][1] == one[1][1]);
-        let two = place_key(200.0, &[word("quasi-periodic"), word("periodic")]);
-        assert_eq!((two[0][0], two[1][0]), (100.0, 100.0));
-        assert!(two[0][1] < two[1][1], "the first above the second");
     }
 }

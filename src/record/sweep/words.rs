@@ -7,7 +7,7 @@ use crate::{
     VERSION,
     record::{
         RERUN_VERSION, exponents,
-        style::{Quantity, short},
+        style::{Quantity, capital, short},
     },
 };
 
@@ -23,13 +23,6 @@ fn with_unit(parameter: &ParameterView, value: f64) -> String {
     };
     // All digits: a value is what was asked for.
     format!("{value} {unit}").trim_end().to_owned()
-}
-
-/// The first letter large.
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    first.chain(letters).collect()
 }
 
 /// What the way of starting is called where it is a title.
