@@ -3,6 +3,7 @@
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom},
+    mem::ManuallyDrop,
     path::Path,
     time::Duration,
 };
@@ -48,6 +49,28 @@ pub fn open(
     rec.set_log_time_enabled(false);
     rec.set_sink(sink);
     Ok(rec)
+}
+
+/// Saves a recording of an application that `draw` logs at once. The file takes its name only when it is
+/// whole.
+///
+/// # Errors
+/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and those of `draw`; what
+/// was at `path` before is then unchanged.
+pub fn save(
+    path: &Path,
+    application: &'static str,
+    draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
+) -> Result<(), RecordError> {
+    let file = PartFile::create(path)?;
+    // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
+    let rec = ManuallyDrop::new(open(application, Box::new(sink(&file)?), false)?);
+    draw(&rec)?;
+    rec.flush_with_timeout(FLUSH_PATIENCE)
+        .map_err(|error| file.write_error(error.to_string()))?;
+    seal(&rec, &file)?;
+    drop(ManuallyDrop::into_inner(rec));
+    file.keep()
 }
 
 /// Writes into a part file.

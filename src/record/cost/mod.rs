@@ -12,15 +12,14 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-use std::{mem::ManuallyDrop, path::Path};
+use std::path::Path;
 
 use rerun::{RecordingStream, TextDocument};
 
 use super::{
     blueprint,
     error::RecordError,
-    file_stream::{self, FLUSH_PATIENCE},
-    part_file::PartFile,
+    file_stream,
     paths::{self, Root},
     text::{self, Origin},
 };
@@ -38,16 +37,7 @@ pub const APPLICATION: &str = "squeakscope-cost";
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
 /// before is then unchanged.
 pub fn save_cost(path: &Path, cost: &CostView) -> Result<(), RecordError> {
-    let file = PartFile::create(path)?;
-    let sink = Box::new(file_stream::sink(&file)?);
-    // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink, false)?);
-    draw(&rec, cost)?;
-    rec.flush_with_timeout(FLUSH_PATIENCE)
-        .map_err(|error| file.write_error(error.to_string()))?;
-    file_stream::seal(&rec, &file)?;
-    drop(ManuallyDrop::into_inner(rec));
-    file.keep()
+    file_stream::save(path, APPLICATION, |rec| draw(rec, cost))
 }
 
 /// Logs all knobs.
