@@ -1,6 +1,7 @@
 //! How the run is doing, from the frames that pass.
 
 use super::message::{Frame, Health, Summary};
+use super::prepare::FLOOR;
 use crate::dynamics::Tally;
 
 /// Turns the frames' running totals into rates.
@@ -33,8 +34,9 @@ impl HealthMeter {
                 .max(sample.total)
                 .max(sample.friction_work.abs());
         }
-        // A joint at rest has turned over nothing, and misses nothing.
-        let scale = self.turnover.max(f64::MIN_POSITIVE);
+        // Work is followed to a share of itself and the floor together, and so it is audited: a motion
+        // below the floor is made of rounding, which no friction has brought in.
+        let scale = self.turnover + FLOOR;
         if !frame.energy.is_empty() {
             let residuals = frame.energy.iter().map(|s| s.residual.abs() / scale);
             // Energies that have left the numbers, of a state that has not yet, miss everything.
@@ -93,6 +95,21 @@ mod tests {
         };
         let health = HealthMeter::default().measure(&frame, 0, 0, 0);
         assert_eq!(health.audit, Some(f64::INFINITY));
+    }
+
+    /// What a kick of 1e-60 m/s becomes is rounding, and no fault of the motion.
+    #[test]
+    fn energies_below_the_floor_pass_the_audit() {
+        let frame = Frame {
+            energy: vec![EnergySample {
+                total: 1e-30,
+                residual: 1e-30,
+                ..EnergySample::default()
+            }],
+            ..Frame::default()
+        };
+        let health = HealthMeter::default().measure(&frame, 0, 0, 0);
+        assert!(health.audit.unwrap() < 1e-12);
     }
 
     #[test]

@@ -11,6 +11,10 @@ use crate::dynamics::{Accuracy, Integrator, Method, System, longest_rk4_step};
 use crate::joint::{BallJoint, Joint};
 use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
 
+/// Sizes below which a scene's integrator resolves nothing: of the vibration, sqrt(kg) m/s, and of the work
+/// of friction, J. Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step.
+pub(super) const FLOOR: f64 = 1e-12;
+
 /// A system ready to start.
 pub struct Prepared {
     /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
@@ -117,10 +121,8 @@ pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
 }
 
 fn method(integrator: &scene::Integrator) -> Method {
-    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
-    // the floor there is nothing to resolve.
     let accuracy = Accuracy {
-        floor: 1e-12,
+        floor: FLOOR,
         ..Accuracy::relative(integrator.tolerance)
     };
     let max_step = integrator.max_step;
