@@ -32,10 +32,10 @@ pub enum DynamicsError {
     /// The integrator still holds the last good state.
     #[error(
         "at t = {time} s the error is {error_ratio:.1e} times the tolerance even with a step of \
-         {step:e} s, about the shortest worth taking: either the force changes within that step (a jump, \
-         a singularity, a state so fast that it crosses the contact in it: start with less, or take a \
-         shorter longest step), or its rounding noise is above the tolerance (loosen that, or raise its \
-         floor)"
+         {step:e} s, about the shortest worth taking: either the force changes within that step (a law too \
+         stiff for an explicit method: take rodas5p or auto; a jump; a state so fast that it crosses the \
+         contact in it: start with less, or take a shorter longest step), or its rounding noise is above \
+         the tolerance (loosen that, or raise its floor)"
     )]
     StepUnderflow {
         /// Time of the last good state, s.
