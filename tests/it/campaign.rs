@@ -1,11 +1,13 @@
 //! A randomised campaign over the whole space of valid scenes, and over texts that are none.
 //!
 //! Seeds are written down here, so that the same scenes run each time; `SQUEAKSCOPE_SEED` and
-//! `SQUEAKSCOPE_CASES` change them. The long one:
+//! `SQUEAKSCOPE_CASES` change them, and `SQUEAKSCOPE_TELL=1` prints each scene that ends in an error or
+//! fails its audit. The long one:
 //! `cargo test --release --test it campaign -- --ignored --nocapture`
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use proptest::collection::vec;
@@ -16,10 +18,13 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use squeakscope::dynamics::DynamicsError;
 use squeakscope::pipeline::message::{Frame, Record, Summary};
 use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
-use squeakscope::scene::{PRESETS, Scene, SceneError};
+use squeakscope::scene::{PRESETS, Parameter, Scene, SceneError};
 
 /// Beyond this the command line says that a motion may be wrong.
 const WORRYING_AUDIT: f64 = 0.05;
+
+/// What scenes resolve: energies below it count as nothing in the audit, J.
+const FLOOR: f64 = 1e-12;
 
 /// A run is ended after this, at its next frame.
 const PATIENCE: Duration = Duration::from_millis(60);
@@ -301,11 +306,12 @@ impl Judge {
                 .max(sample.friction_work.abs());
         }
         if !frame.energy.is_empty() {
-            let scale = self.turnover.max(f64::MIN_POSITIVE);
+            let scale = self.turnover + FLOOR;
             let residuals = frame
                 .energy
                 .iter()
-                .map(|sample| sample.residual.abs() / scale);
+                .map(|sample| sample.residual.abs() / scale)
+                .map(|share| if share.is_nan() { f64::INFINITY } else { share });
             self.audit = residuals.fold(0.0, f64::max);
         }
     }
@@ -353,15 +359,11 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
     };
     // A run that never comes back is seen from outside.
     let (tell, told) = mpsc::channel();
-    let runner = std::thread::spawn(move || tell.send(judge(&scene)));
-    let Ok((result, judge)) = told.recv_timeout(HANGING) else {
-        let how = if runner.is_finished() {
-            "panics"
-        } else {
-            "hangs"
-        };
-        return Err(TestCaseError::fail(format!("it {how}")));
-    };
+    std::thread::spawn(move || tell.send(judge(&scene)));
+    let (result, judge) = told.recv_timeout(HANGING).map_err(|end| match end {
+        RecvTimeoutError::Timeout => TestCaseError::fail("it hangs"),
+        RecvTimeoutError::Disconnected => TestCaseError::fail("it panics"),
+    })?;
     prop_assert!(judge.fault.is_none(), "{:?}", judge.fault);
     match result {
         Ok(summary) => {
@@ -374,13 +376,15 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
                 "the summary says {told:e}, the samples {:e}",
                 judge.audit
             );
-            ends.worrying += u32::from(told > WORRYING_AUDIT);
-            if told > WORRYING_AUDIT && from_environment("SQUEAKSCOPE_TELL").is_some() {
-                println!("audit {told:e} of\n{text}");
-            }
             if told <= WORRYING_AUDIT {
                 ends.worst_audit = ends.worst_audit.max(told);
+                return Ok(());
             }
+            ends.worrying += 1;
+            if from_environment("SQUEAKSCOPE_TELL").is_some() {
+                println!("audit {told:e} of\n{text}");
+            }
+            return heals(text, told);
         }
         Err(error) => {
             ends.faults += 1;
@@ -406,6 +410,33 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
         }
     }
     Ok(())
+}
+
+/// What the command line advises against an audit that fails is of use: with a smaller tolerance, or a
+/// shorter step where that is fixed, it is smaller, or passes.
+fn heals(text: &str, told: f64) -> Result<(), TestCaseError> {
+    let scene = finer(text).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    if let (Ok(summary), _) = judge(&scene) {
+        let audit = summary.audit;
+        prop_assert!(
+            audit < WORRYING_AUDIT.max(0.1 * told),
+            "an audit of {told:e} remains {audit:e}"
+        );
+    }
+    Ok(())
+}
+
+/// The scene of a text with a thousandth of the tolerance, and a tenth of the longest step where it is fixed.
+fn finer(text: &str) -> Result<Scene, SceneError> {
+    let scene = Scene::parse("campaign", text)?;
+    let integrator = &scene.integrator;
+    let tolerance = (1e-3 * integrator.tolerance).max(1e-13);
+    let mut values = vec![(Parameter::named("time.tolerance")?, tolerance)];
+    if integrator.method.has_fixed_step() {
+        let step_us = (1e5 * integrator.max_step).max(1e-3);
+        values = vec![(Parameter::named("time.max_step_us")?, step_us)];
+    }
+    scene.with_values(&values)
 }
 
 /// One message, which names the place.
@@ -660,9 +691,8 @@ fn random_toml_parses_or_says_where_not() {
 #[test]
 #[ignore = "takes some minutes; short ones run always"]
 fn a_long_campaign() {
-    let cases = 4000;
-    campaign("joints", 101, cases, &joint_scene());
-    campaign("small systems", 102, cases, &small_scene());
+    campaign("joints", 101, 1000, &joint_scene());
+    campaign("small systems", 102, 10_000, &small_scene());
     fuzz(100_000);
     runner(104, 100_000)
         .run(&random_toml(), |text| parses(text.as_bytes()).map(|_| ()))

@@ -45,6 +45,7 @@ fn all_nodes_lifting_at_once() {
     let stopping = [&finely[..], &[("time.events", "\"exact\"")]].concat();
     let ends = [finely, stopping].map(|changes| watch(&scene(&changes)).last());
     let off = distance(joint.omega(), &ends[0], &ends[1]);
+    println!("| all nodes lifting at once, both ways | {off:.1e} |");
     assert!(off < 1e-5, "{off:e}");
     assert!(exact.summary.tally.crossings >= 2 * joint.contact_nodes() as u64);
     assert_eq!(exact.summary.tally.overrun, 0);
@@ -58,7 +59,6 @@ fn one_node_alone() {
         let seen = holds(&Case {
             name: &name,
             changes: &[("contact.nodes", nodes), ("start.kick_mm_per_s", "10")],
-            error: 0.1,
             ..Case::default()
         });
         assert!(seen.loudest(0.015) > 1e-3, "{name}");
@@ -73,7 +73,6 @@ fn ten_thousand_nodes() {
         name: "nodes: 10,000",
         changes: &many,
         tolerances: ["1e-4", "1e-6", "1e-8"],
-        audit: 1e-2,
         ..Case::default()
     });
     // The same motion as with a thousand, but for the quadrature.
@@ -85,7 +84,8 @@ fn ten_thousand_nodes() {
     let thousand = watch(&scene(&thousand));
     let omega = joint(&scene(&changes)).omega().to_vec();
     let off = distance(&omega, &seen.last(), &thousand.last());
-    assert!(off < 0.05, "{off:e}");
+    // Measured: 2.5e-4, of which 1.4e-4 are the quadrature.
+    assert!(off < 1e-3, "{off:e}");
 }
 
 /// A patch wider than the ball ends at its equator; where that reaches the beam, an error says so.
@@ -133,7 +133,6 @@ fn contact_stiffness_from_1e_3_to_1e4() {
                 ("start.kick_mm_per_s", "1"),
                 ("time.duration_ms", "5"),
             ],
-            error: 0.1,
             ..Case::default()
         });
     }
@@ -152,7 +151,6 @@ fn loads_from_a_millinewton_to_a_meganewton() {
                 ("time.method", "\"auto\""),
                 ("time.duration_ms", "5"),
             ],
-            error: 0.1,
             ..Case::default()
         });
     }
@@ -165,7 +163,6 @@ fn tilts_of_0_and_90_and_minus_8_degrees() {
         let seen = holds(&Case {
             name: &name,
             changes: &[("load.tilt_deg", tilt), ("start.kick_mm_per_s", "1")],
-            error: 0.1,
             ..Case::default()
         });
         assert!(seen.loudest(0.0) > 1e-4, "{name}");
@@ -240,6 +237,7 @@ fn azimuths_round_the_clock() {
             worst = worst.max((turned_probe / probe - 1.0).abs());
         }
         println!("| azimuths round the clock, rotation {rotation:?} | {worst:.1e} |");
+        // Measured: 2.8e-6 and 1.7e-6, what 2800 steps of the tolerance add up to.
         assert!(worst < 1e-5, "{rotation:?}: {worst:e}");
     }
 }

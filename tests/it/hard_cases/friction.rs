@@ -18,8 +18,6 @@ fn creep_slopes_from_1e2_to_1e8() {
                 ("time.method", "\"auto\""),
                 ("time.duration_ms", "10"),
             ],
-            audit: 1e-3,
-            error: 0.1,
             ..Case::default()
         });
         amplitudes.push(seen.summary.amplitude);
@@ -51,18 +49,18 @@ fn nearly_dry_friction_at_rest() {
         let auto = holds(&Case {
             name: &name,
             changes: &[&changes[..], &[("time.method", "\"auto\"")]].concat(),
-            audit: 1e-3,
-            error: f64::INFINITY,
             ..Case::default()
         });
         let tally = auto.summary.tally;
+        // Measured: 1.4 times as many, many of them cheaper.
         assert!(
-            tally.steps < 8 * implicit.summary.tally.steps,
+            tally.steps < 2 * implicit.summary.tally.steps,
             "{name}: {tally:?}"
         );
         let omega = joint(&scene(&changes)).omega().to_vec();
         let off = distance(&omega, &auto.last(), &implicit.last());
-        assert!(off < 0.05, "{name}: {off:e}");
+        // Measured: 4.8e-4.
+        assert!(off < 2e-3, "{name}: {off:e}");
     }
 }
 
@@ -95,6 +93,9 @@ fn without_friction() {
             ("start.kick_mm_per_s", "30"),
             ("time.duration_ms", "5"),
         ],
+        // Nothing damps the errors, and each time a node is met early or late turns them into more.
+        // Measured: 1.03.
+        amplifies: 2.0,
         ..Case::default()
     });
 }
@@ -102,11 +103,12 @@ fn without_friction() {
 /// Ten times the friction of the paper: the joint lifts off and comes back.
 #[test]
 fn friction_coefficient_of_five() {
-    // The stiff one opens and closes nodes tens of thousands of times, and each may cost an error.
+    // The stiff one opens and closes nodes tens of thousands of times, and each may cost an error: 1.4e-3
+    // measured, where its 12,000 steps are allowed 0.12.
     for (name, mu_d, stiffness, audit) in [
         ("mu = 5", "2.25", "2.75", 1e-3),
         ("mu = 5 = mu_d", "5", "2.75", 1e-3),
-        ("mu = 5, stiff", "5", "1000", 1e-2),
+        ("mu = 5, stiff", "5", "1000", 3e-3),
     ] {
         let seen = holds(&Case {
             name,
@@ -118,7 +120,6 @@ fn friction_coefficient_of_five() {
                 ("time.duration_ms", "8"),
             ],
             audit,
-            error: 0.1,
             ..Case::default()
         });
         assert!(seen.loudest(0.0) > 1e-4, "{name}");

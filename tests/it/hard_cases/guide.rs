@@ -2,7 +2,8 @@
 
 const GUIDE: &str = include_str!("../../../src/guide/hard_cases.md");
 
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
+    include_str!("../campaign.rs"),
     include_str!("contact.rs"),
     include_str!("faults.rs"),
     include_str!("friction.rs"),

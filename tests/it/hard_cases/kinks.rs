@@ -57,6 +57,7 @@ fn grazing_contact() {
             }
             integrator.start(&joint, 0.0, &start).unwrap();
             integrator.land(&joint, 100.0 * period).unwrap();
+            // Some 5000 steps of the tolerance, in each run.
             let kept = joint.energy(integrator.state()).total() / energy - 1.0;
             assert!(kept.abs() < 1e-6, "{depth:e}: {kept:e}");
             integrator
@@ -103,7 +104,8 @@ fn grazing_impacts() {
         let t = 20.0 * std::f64::consts::TAU;
         integrator.land(&system, t).unwrap();
         let z = integrator.state();
-        // Each impact turns sqrt(2 depth) round at most, and the amplitude becomes that of the wall.
+        // An impact comes with a phase of sqrt(2 depth) before the turn and leaves with 0.8 of that after
+        // it: twenty turn the motion round by 51 sqrt(depth). The amplitude becomes that of the wall.
         let off = (z[0] - 1.0).hypot(z[1]);
         println!(
             "| grazing impacts, depth {depth:.0e} | {off:.1e} | {} |",
@@ -162,38 +164,84 @@ fn endless_chatter_of_the_impact_oscillator() {
                 let lowest = frame.q.iter().copied().fold(f64::INFINITY, f64::min);
                 assert!(lowest >= 100e-6 - 1e-15, "{restitution} {drive}: {lowest}");
             }
-            let rests = seen.frames.iter().flat_map(|frame| &frame.status);
-            let rests = rests
-                .filter(|status| **status == ImpactOscillator::RESTING)
-                .count();
+            let statuses = seen.frames.iter().flat_map(|frame| &frame.status);
+            let rests: Vec<bool> = statuses
+                .map(|status| *status == ImpactOscillator::RESTING)
+                .collect();
+            let times = rests.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+            let transitions = seen.summary.transitions;
             let name = format!("{restitution} {drive}");
+            println!(
+                "| endless chatter, restitution {restitution}, drive {drive} m/s^2 | {times} | {transitions} |"
+            );
             match (restitution, drive) {
-                // Not driven: it comes to rest for good, or, elastic, never.
-                (r, 0.0) if r < 0.9 => {
-                    let end = seen.last();
-                    assert_eq!(end, [100e-6, 0.0], "{name}");
-                }
+                // Elastic and not driven it never rests, and keeps its energy to what the steps may err by.
                 (1.0, 0.0) => {
                     let omega = 200.0 * std::f64::consts::TAU;
                     let end = seen.last();
                     let energy = (omega * end[0]).powi(2) + end[1].powi(2);
                     let start = (omega * 200e-6_f64).powi(2);
-                    assert!((energy / start - 1.0).abs() < 1e-6, "{name}");
-                    assert_eq!(rests, 0, "{name}");
+                    let allowed = 2e-9 * seen.summary.tally.steps as f64;
+                    assert!((energy / start - 1.0).abs() < allowed, "{name}");
+                    assert_eq!(times, 0, "{name}");
                 }
-                // Pressed against the wall all the time (158 m/s^2 against 150), it stays there.
-                (r, 150.0) if r < 0.9 => assert!(rests > 5000, "{name}: {rests}"),
-                // Drawn off once a period, it chatters to rest once a period.
-                (r, 400.0) if r > 0.0 && r < 0.9 => {
-                    assert!(
-                        rests > 10 && seen.summary.transitions > 130,
-                        "{name}: {rests} {}",
-                        seen.summary.transitions
-                    );
+                // Pressed against the wall all the time (158 m/s^2, less the drive), it comes to rest there
+                // once, and for good.
+                (r, drive) if r < 1.0 && drive < 158.0 => {
+                    assert_eq!(seen.last(), [100e-6, 0.0], "{name}");
+                    assert_eq!(times, 1, "{name}");
                 }
-                _ => {}
+                // Drawn off once in each of the 65 periods, it comes to rest as often, where it loses enough
+                // in a bounce.
+                (r, 400.0) if r < 0.5 => assert_eq!(times, 65, "{name}"),
+                // Else it bounces on, and is back at least once a period.
+                _ => assert!(transitions >= 65, "{name}: {transitions}"),
             }
         }
+    }
+}
+
+/// Bounces a million times shorter than the steps, of a mass pressed with 4e10 times its weight: between
+/// two impacts the wall is left by so little, for so short a time, that rounding soon is all that is seen.
+#[test]
+fn bounces_far_shorter_than_the_steps() {
+    let omega = std::f64::consts::TAU * 1e5;
+    let system = ImpactOscillator {
+        omega,
+        damping: 0.0,
+        drive: 0.0,
+        drive_omega: 0.0,
+        wall: 1.0,
+        restitution: 0.5,
+    };
+    let (accuracy, max_step) = (accuracy(1e-6), 20e-6);
+    for method in [
+        Method::Lawson54 { accuracy, max_step },
+        Method::Lawson853 { accuracy, max_step },
+        Method::Tsit54 { accuracy, max_step },
+        Method::Dop853 { accuracy, max_step },
+        Method::Rodas5p { accuracy, max_step },
+        Method::Auto { accuracy, max_step },
+    ] {
+        let integrator = Integrator::new(method, &system).unwrap();
+        let mut integrator = integrator.with_events(&system).unwrap();
+        let (press, speed) = (omega * omega, 12.0);
+        integrator.start(&system, 0.0, &[1.0, -speed]).unwrap();
+        while integrator.status() == [ImpactOscillator::FLYING] {
+            integrator.next_event(&system, 1e-9).unwrap();
+            assert!(integrator.time() < 1e-9, "{method:?} must come to rest");
+        }
+        // Each flight lasts half as long as the one before: the first, 2 v / press, twice in all. Left out
+        // is what 85 units in the last place of the wall's height are: 0.12 m/s.
+        let first = 2.0 * 0.5 * speed / press;
+        let off = (integrator.time() - 2.0 * first).abs();
+        let impacts = integrator.tally().crossings;
+        println!("| bounces far shorter than the steps | {off:.1e} s | {impacts} |");
+        assert!(off < 2.0 * 2.0 * 0.12 / press, "{method:?}: {off:e}");
+        // The speed halves from 12 to 0.12 m/s in seven; the last comes to rest.
+        assert!(impacts <= 8, "{method:?}: {impacts}");
+        integrator.land(&system, 1e-3).unwrap();
+        assert_eq!(integrator.state(), [1.0, 0.0], "{method:?}");
     }
 }
 
@@ -251,7 +299,8 @@ fn a_start_outside_contact() {
         let audits = [0, 1, 2].map(|k| ends[k][mode].1);
         let errors = [0, 1].map(|k| distance(joint.omega(), &ends[k][mode].0, &ends[2][mode].0));
         println!("| a start outside contact | {audits:?} | {errors:?} |");
-        assert!(audits[0] < 1e-3 && audits[2] < 1e-6, "{audits:?}");
+        // Measured: 4.2e-5 and 7.8e-8 at most.
+        assert!(audits[0] < 1e-4 && audits[2] < 1e-6, "{audits:?}");
         assert!(
             errors[1] < 0.2 * errors[0] || errors[1] < 1e-9,
             "{errors:?}"
@@ -265,7 +314,6 @@ fn a_start_with_huge_energy() {
     holds(&Case {
         name: "kick 1 m/s",
         changes: &[("start.kick_mm_per_s", "1000"), ("time.duration_ms", "2")],
-        error: 0.1,
         ..Case::default()
     });
     let scene = scene(&[("start.kick_mm_per_s", "1000")]);
@@ -300,21 +348,22 @@ fn a_start_with_huge_energy() {
             let steps = integrator.tally().steps;
             println!("| a start of {size:.0e} m/s, {name} | {audit:.1e} | {steps} | {end:?} |");
             match end {
+                // Measured: 3.3e-5.
                 Ok(()) => assert!(
-                    audit < 1e-2 && now < 1.1 * energy,
+                    audit < 1e-3 && now < 1.1 * energy,
                     "{size:e}, {name}: {audit:e}"
                 ),
-                // A clear end, with the last good state.
-                Err(fault) => assert!(
-                    !survives
-                        && matches!(
-                            fault,
-                            DynamicsError::StepUnderflow { .. }
-                                | DynamicsError::Stalled { .. }
-                                | DynamicsError::NonFinite { .. }
-                        ),
-                    "{size:e}, {name}: {fault:?}"
-                ),
+                // A clear end, with the last good state: it crosses the contact within the shortest step.
+                Err(fault) => {
+                    assert!(!survives, "{size:e}, {name}: {fault:?}");
+                    let said = fault.to_string();
+                    assert!(
+                        matches!(fault, DynamicsError::StepUnderflow { time: 0.0, .. })
+                            && said.contains("crosses the contact")
+                            && said.contains("start with less"),
+                        "{size:e}, {name}: {said}"
+                    );
+                }
             }
         }
     }
@@ -342,14 +391,13 @@ fn denormal_kicks() {
             let seen = watch(&scene(&changes));
             let size: f64 = kick.parse::<f64>().unwrap() * 1e-3;
             assert!(seen.states().all(f64::is_finite));
-            // The fastest growth is below 800 1/s: a factor of 55.
+            // The fastest growth is below 800 1/s: a factor of 55 at most, of kicks of eleven modes. Measured:
+            // 8.6 times the kick.
             let loudest = seen.loudest(0.0);
-            assert!(loudest <= 1e4 * size, "{kick} {method}: {loudest:e}");
-            assert!(
-                seen.summary.tally.steps < 2_000,
-                "{kick} {method}: {:?}",
-                seen.summary.tally
-            );
+            assert!(loudest <= 55.0 * size, "{kick} {method}: {loudest:e}");
+            // 250 of the longest steps, and a few to find that they will do.
+            let steps = seen.summary.tally.steps;
+            assert!(steps < 270, "{kick} {method}: {steps}");
         }
     }
     assert!(joint(&scene(&[])).is_continuous());
@@ -404,6 +452,8 @@ fn a_step_far_too_large() {
         "| a largest step of 1 ms | {off:.1e} | {} |",
         enormous.summary.tally.steps
     );
-    assert!(off < 1e-2, "{off:e}");
-    assert!(enormous.summary.tally.steps * 20 > usual.summary.tally.steps * 10);
+    // Two runs that may err by the tolerance in each of 2844 steps, 0.06; measured: 1.0e-5.
+    assert!(off < 1e-4, "{off:e}");
+    // It is the error that keeps the steps short, not the limit.
+    assert!(2 * enormous.summary.tally.steps > usual.summary.tally.steps);
 }

@@ -125,12 +125,13 @@ fn tone(duration_ms: f64) -> Tone {
 fn a_second_of_a_tone_does_not_drift() {
     let tone = tone(1300.0);
     assert!(tone.windows.len() >= 9, "{:?}", tone.windows);
+    // Measured: 2.0e-9, 1.9e-7 and 2.4e-3.
     assert!(
-        tone.spread(0) < 1e-3 && tone.spread(1) < 1e-5,
+        tone.spread(0) < 1e-7 && tone.spread(1) < 1e-6,
         "{:?}",
         tone.windows
     );
-    assert!(tone.worst_audit < 1e-2, "{:e}", tone.worst_audit);
+    assert!(tone.worst_audit < 5e-3, "{:e}", tone.worst_audit);
 }
 
 /// Ten seconds: 41,000 periods.
@@ -140,8 +141,9 @@ fn a_second_of_a_tone_does_not_drift() {
 fn ten_seconds_of_a_tone_do_not_drift() {
     let tone = tone(10_000.0);
     assert!(tone.windows.len() >= 95);
+    // Measured: 2.5e-5, 2.2e-7, and 1.9e-2, ten times that of a second.
     assert!(
-        tone.spread(0) < 1e-3 && tone.spread(1) < 1e-5,
+        tone.spread(0) < 1e-4 && tone.spread(1) < 1e-6,
         "{:?}",
         tone.windows
     );
@@ -195,8 +197,9 @@ fn a_tilt_ramp_through_every_regime() {
             "| a ramp of the tilt, {name} | {:.1e} | {:.1e} |",
             audits[0], audits[1]
         );
+        // Measured: 1.2e-3 at most; a 40th is expected of the second (see `holds`), a 50th measured.
         assert!(
-            audits[0] < 5e-3 && audits[1] < 0.1 * audits[0],
+            audits[0] < 3e-3 && audits[1] < 0.1 * audits[0],
             "{name}: {audits:?}"
         );
     }

@@ -25,6 +25,9 @@ use squeakscope::pipeline::message::{Frame, Record, Summary};
 use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
+/// What scenes resolve: energies below it count as nothing in the audit, J.
+const FLOOR: f64 = 1e-12;
+
 /// The joint of `torus-3deg`, every 5 us a sample, nothing analysed.
 const BASE: [(&str, &str); 15] = [
     ("load.load_n", "150"),
@@ -133,7 +136,7 @@ impl Seen {
     fn is_sound(&self, name: &str) {
         assert!(self.states().all(f64::is_finite), "{name}: not finite");
         let start = self.energies().next().unwrap()[0];
-        let mut turnover = f64::MIN_POSITIVE;
+        let mut turnover: f64 = 0.0;
         for [total, work, residual] in self.energies() {
             turnover = turnover.max(total).max(work.abs());
             assert!(
@@ -151,7 +154,7 @@ impl Seen {
             .unwrap()
             .energy
             .iter()
-            .map(|e| e.residual.abs() / turnover);
+            .map(|e| e.residual.abs() / (turnover + FLOOR));
         let worst = worst.fold(0.0, f64::max);
         assert!((self.summary.audit - worst).abs() <= 1e-9 * worst, "{name}");
     }
@@ -175,11 +178,11 @@ struct Case<'a> {
     changes: &'a [(&'a str, &'a str)],
     /// Three tolerances, each a hundredth of the one before.
     tolerances: [&'a str; 3],
-    /// Largest audit at the first of them.
+    /// Largest audit at the first of them, well below what the tolerance allows: it keeps what was
+    /// measured. The largest under the default is 4.8e-4 (nodes that lift off without friction).
     audit: f64,
-    /// Largest error of the last state at the first tolerance. Not looked at where it is infinite, for
-    /// motions that forget nothing and amplify everything: chaos, and growth through thousands of kinks.
-    error: f64,
+    /// By how much the motion amplifies the errors made on its way.
+    amplifies: f64,
 }
 
 impl Default for Case<'_> {
@@ -189,7 +192,7 @@ impl Default for Case<'_> {
             changes: &[],
             tolerances: ["1e-5", "1e-7", "1e-9"],
             audit: 1e-3,
-            error: 1e-2,
+            amplifies: 1.0,
         }
     }
 }
@@ -218,13 +221,23 @@ fn holds(case: &Case<'_>) -> Seen {
         "| {name} | {:.1e} | {:.1e} | {:.1e} | {coarse:.1e} | {fine:.1e} | {steps} |",
         audits[0], audits[1], audits[2]
     );
-    assert!(audits[0] <= case.audit, "{name}: audits {audits:?}");
-    // Over four decades of the tolerance at least two; from one to the next a kink may be met by luck.
-    assert!(audits[2] <= 1e-2 * audits[0], "{name}: audits {audits:?}");
-    if case.error.is_finite() {
-        assert!(coarse <= case.error, "{name}: error {coarse:e}");
-        assert!(fine <= 0.2 * coarse, "{name}: errors {coarse:e} {fine:e}");
+    // A step errs by the tolerance at most, and at worst all of them err to the same side.
+    let allowed = [0, 1, 2].map(|k| {
+        let tolerance: f64 = case.tolerances[k].parse().unwrap();
+        tolerance * runs[k].summary.tally.steps as f64
+    });
+    for (audit, allowed) in audits.iter().zip(allowed) {
+        assert!(*audit <= allowed, "{name}: {audits:?}, {allowed:e} allowed");
     }
+    let largest = case.amplifies * allowed[0];
+    assert!(coarse <= largest, "{name}: {coarse:e}, {largest:e} allowed");
+    assert!(audits[0] <= case.audit, "{name}: audits {audits:?}");
+    // Steps become longer with the fifth root of the tolerance: what they add up to falls by 10^3.2 over
+    // four decades, by 10^1.6 = 40 over two. Errors of either sign that add up scatter, and those of a few
+    // kinks more so: a sixteenth is asked for of the one (least measured: 240 times, a kick of 1 m/s), an
+    // eighth of the other (5.7 times, a tilt of -90 degrees).
+    assert!(audits[2] <= 1e-2 * audits[0], "{name}: audits {audits:?}");
+    assert!(fine <= 0.2 * coarse, "{name}: errors {coarse:e} {fine:e}");
     let [first, ..] = runs;
     first
 }

@@ -66,14 +66,15 @@ fn rotation_exactly_zero() {
             ],
             ..Case::default()
         });
-        // Friction takes energy, always; what is left creeps back to rest.
+        // Friction takes energy, always; what is left creeps back to rest. The slowest of the linear modes
+        // alone, 166 1/s, would keep 1.3e-3 of it after 20 ms; 1.1e-5 measured, and 1.5e-4 of the speed.
         let energies: Vec<_> = seen.energies().collect();
         let start = energies[0][0];
         for pair in energies.windows(2) {
-            assert!(pair[1][0] <= pair[0][0] + 1e-4 * start, "{name}: {pair:?}");
+            assert!(pair[1][0] <= pair[0][0] + 1e-5 * start, "{name}: {pair:?}");
         }
-        assert!(energies.last().unwrap()[0] < 1e-2 * start, "{name}");
-        assert!(seen.loudest(0.015) < 1e-2 * seen.loudest(0.0), "{name}");
+        assert!(energies.last().unwrap()[0] < 1.3e-3 * start, "{name}");
+        assert!(seen.loudest(0.015) < 1e-3 * seen.loudest(0.0), "{name}");
         let snapshots = seen.frames.last().unwrap().patch.iter();
         let states: Vec<_> = snapshots.flat_map(|patch| &patch.states).collect();
         assert!(
@@ -180,9 +181,12 @@ fn slip_velocity_exactly_zero() {
             "| slip velocity exactly zero, creep {creep:.0e} | {off:.1e} | {} | {} |",
             work.steps, both.steps
         );
-        assert!(off < 1e-3, "{creep}: {auto:?} {implicit:?}");
+        // What the steps of both are allowed to err by.
+        let allowed = accuracy.relative * (work.steps + both.steps) as f64;
+        assert!(off < allowed, "{creep}: {auto:?} {implicit:?}");
+        // Measured: 451 and 821 at most.
         assert!(
-            work.steps < 20_000 && both.steps < 200_000,
+            work.steps < 1000 && both.steps < 2000,
             "{creep}: {work:?} {both:?}"
         );
     }
@@ -202,7 +206,8 @@ fn rotation_of_a_microradian_a_second() {
             ],
             ..Case::default()
         });
-        // Friction is nearly full at the creep speed, 1 mm/s: far below it the nodes stick.
+        // Friction is nearly full at the creep speed, 1 mm/s: a tenth of that is held by a tenth of it,
+        // and sticks. Measured: 3.9e-5 and 2.8e-8 m/s.
         assert!(
             seen.loudest(0.010) < 1e-4,
             "{name}: {:e}",
@@ -226,7 +231,6 @@ fn sticking_for_most_of_a_period() {
     let seen = holds(&Case {
         name: "sticking for most of a period",
         changes: &changes,
-        error: f64::INFINITY,
         ..Case::default()
     });
     let joint = joint(&scene(&changes));
