@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::patch::{PatchPoint, normal_at, patch_direction, patch_points};
-use super::vector::{any_normal, cross, dot, scale, unit};
+use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, Joint, JointSpec, Model, OwnModes, OwnModesError,
     StiffnessLaw,
@@ -329,11 +329,13 @@ impl BallJoint {
             .iter()
             .map(|x| cross(self.spec.rotation, *x))
             .collect();
-        // Eq. (24): the row of the central contact point along its sliding direction.
+        // Eq. (24): the row of the central contact point along its sliding direction; at rest, where
+        // there is none, along the tilt, so that it turns with the azimuth like all the rest.
         let mut centre = vec![[0.0; 3]; m];
         body.shapes_at_ball(direction, &mut centre)
             .map_err(on_beam)?;
-        let along = unit(self.sliding_velocity(tilt)).unwrap_or_else(|| any_normal(direction));
+        let along = unit(self.sliding_velocity(tilt))
+            .unwrap_or_else(|| patch_ahead(direction, self.spec.azimuth));
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
         Ok(Model {
             positions,

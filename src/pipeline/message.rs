@@ -615,8 +615,8 @@ pub struct Health {
     pub records_waiting: usize,
     /// Pictures replaced by later ones so far (only when viewing without saving).
     pub drops: u64,
-    /// Energy audit: largest residual of the last frame relative to the energy turned over; `None`
-    /// where none is told.
+    /// Energy audit: largest residual of the last frame relative to the energy turned over and 1e-12 J,
+    /// below which nothing is resolved; `None` where none is told.
     pub audit: Option<f64>,
 }
 

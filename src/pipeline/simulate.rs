@@ -8,7 +8,7 @@ use super::message::{
     EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Subject,
 };
-use super::prepare::{initial_state, integrator};
+use super::prepare::{initial_state, of_joint};
 use super::source::header;
 use super::{PipelineError, Source};
 use crate::dynamics::{Integrator, System};
@@ -73,7 +73,7 @@ impl Simulation {
         let joint = Joint::new(&model).with_audit();
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        let mut integrator = with_tangents(scene, &joint, integrator(scene, &joint)?)?;
+        let mut integrator = with_tangents(scene, &joint, of_joint(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = tilted.spec.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];

@@ -255,7 +255,7 @@ keys! {
     KNOT_TILT: Number = "load.tilt.tilt_deg", Required,
         number(Degree, Range::Closed(-90.0, 90.0));
 
-    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where nothing slides.
+    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where the middle of the patch would not slide. Zero is a joint at rest.
     ROTATION: Vector = "rotation.rad_s", Default("[0.7071067811865476, 0.7071067811865476, 0]"),
         Vector { component: number(RadianPerSecond, Range::Closed(-1e4, 1e4)) };
 
@@ -269,7 +269,7 @@ keys! {
         Choice { options: &[("rings", Quadrature::Rings), ("gauss", Quadrature::Gauss)] };
     /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
     STIFFNESS_FACTOR: Number = "contact.stiffness_factor", Default("1.0"),
-        number(One, Range::Positive(1000.0));
+        number(One, Range::Positive(1e4));
     /// How the stiffness is spread over the patch: evenly, or like the pre-stress.
     STIFFNESS: Choice<StiffnessLaw> = "contact.stiffness", Default("\"uniform\""),
         Choice { options: &[("uniform", StiffnessLaw::Uniform), ("pre-stress", StiffnessLaw::LikePreStress)] };
@@ -300,7 +300,7 @@ keys! {
     MU_D: Number = "friction.mu_d", Else("required with `stribeck`"), number(One, Range::Closed(0.0, 10.0));
     /// Slope factor of the creep region, `d` of Eq. (5); the larger, the sharper the rise at rest.
     CREEP_SLOPE: Number = "friction.creep_slope_s_per_m", Default("1000"),
-        number(SecondPerMetre, Range::Positive(1e6));
+        number(SecondPerMetre, Range::Positive(1e8));
     /// Slope factor of the sliding region, `f` of Eq. (5); the larger, the steeper the fall.
     STRIBECK_SLOPE: Number = "friction.stribeck_slope_s_per_m", Default("10"),
         number(SecondPerMetre, Range::Closed(0.0, 1e6));

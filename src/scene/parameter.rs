@@ -1,5 +1,6 @@
 //! One number of a scene by its path: what a study varies.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
 
 use toml_edit::{DocumentMut, Item, Table, Value};
@@ -7,6 +8,9 @@ use toml_edit::{DocumentMut, Item, Table, Value};
 use super::error::{Fault, Place, SceneError, nearest};
 use super::keys::{ALL, Entry, KNOT_TIME, ROTATION, TILT, TILT_KNOTS, split};
 use super::spec::Scene;
+
+/// The axis about which the ball of the paper turns.
+const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
 /// A number of a scene file that can be given another value.
 #[derive(Clone, Copy)]
@@ -98,7 +102,8 @@ impl fmt::Debug for Parameter {
 impl Scene {
     /// The same scene with other values of some parameters, each in the unit in which a scene file
     /// states it. The scene's text says them, too. A tilt given takes the place of a schedule; the value
-    /// of `rotation.rad_s` is the size of the rotation, whose axis stays.
+    /// of `rotation.rad_s` is the size of the rotation, whose axis stays; a scene at rest has none, and
+    /// takes the paper's.
     ///
     /// # Errors
     /// As [`Scene::parse`]: values out of range, and values that do not fit together.
@@ -125,7 +130,11 @@ impl Scene {
     fn rotation_of(&self, size: f64) -> Value {
         let rotation = self.joint().map_or([0.0; 3], |joint| joint.spec.rotation);
         let before = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let axis = rotation.map(|w| w / before.max(f64::MIN_POSITIVE));
+        let axis = if before > 0.0 {
+            rotation.map(|w| w / before)
+        } else {
+            PAPER_AXIS
+        };
         Value::from_iter(axis.map(|w| size * w))
     }
 
@@ -212,6 +221,16 @@ mod tests {
         let spun = slow.joint().unwrap().spec.rotation;
         let size = spun.iter().map(|w| w * w).sum::<f64>().sqrt();
         assert!((size - 0.5).abs() < 1e-15 && spun[0] > 0.3 && spun[2] == 0.0);
+        // From rest it turns about the paper's axis: a sweep may start at zero.
+        let rest = slow.with_values(&[(rotation, 0.0)]).unwrap();
+        assert_eq!(rest.joint().unwrap().spec.rotation, [0.0; 3]);
+        let again = rest.with_values(&[(rotation, 0.5)]).unwrap();
+        let spun_again = again.joint().unwrap().spec.rotation;
+        assert!(
+            spun.iter()
+                .zip(spun_again)
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
         let word = Parameter::named("contact.stiffness")
             .unwrap_err()
             .to_string();

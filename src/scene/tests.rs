@@ -380,7 +380,6 @@ fn values_must_fit_together() {
             "[damping]\nratio = [0.1, 0.1]\n",
             ":7: `damping.ratio`: 2 ratios for 11 modes",
         ),
-        ("[rotation]\nrad_s = [0, 0, 0]\n", ":7: `rotation.rad_s`"),
         ("method = \"rk4\"\n", ":6: `time.max_step_us`"),
         (
             "[analysis.spectrum]\nwindow_ms = 0.1\n[analysis.spectrogram]\nmax_frequency_khz = 101\n",
@@ -663,6 +662,9 @@ fn the_load_never_lies_along_the_rotation() {
     let miss = lean.replace("tilt_deg = 2.0", "tilt_deg = 30\nazimuth_deg = 225");
     assert!(Scene::parse("m", miss).is_ok());
     assert!(smallest().with_tilt(90.0).is_ok());
+    // Without rotation nothing slides at any tilt: the joint is at rest.
+    let rest = format!("{SMALLEST}[rotation]\nrad_s = [0, 0, 0]\n");
+    assert!(Scene::parse("m", rest.replace("tilt_deg = 2.0", "tilt_deg = 0")).is_ok());
     let axial = Scene::parse("m", axial).expect("valid");
     let message = axial.with_tilt(0.0).expect_err("refused").to_string();
     assert!(message.starts_with("override of scene m: `rotation.rad_s`"));

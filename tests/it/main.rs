@@ -2,12 +2,14 @@
 
 #[cfg(feature = "cli")]
 mod analyse;
+mod campaign;
 #[cfg(feature = "cli")]
 mod cli;
 mod convergence;
 mod equations;
 mod exponents;
 mod export;
+mod hard_cases;
 mod laws;
 mod layering;
 #[cfg(feature = "cli")]

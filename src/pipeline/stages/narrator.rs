@@ -59,6 +59,10 @@ const FAINT: Limits = Limits {
     leave: 1e-3,
 };
 
+/// Peak velocity, m/s, below which it is called silent whatever the sliding speed: a joint at rest has
+/// none to compare with.
+const NOTHING: f64 = 1e-12;
+
 /// Share of the power in the floor beyond which the floor is called broad.
 const FLOOR: Limits = Limits {
     enter: 3e-4,
@@ -243,7 +247,7 @@ impl Narrator {
 
     /// The face of a vibration whose envelope changes, or that is hardly there.
     fn change(&self, envelope: &Envelope) -> Option<Face> {
-        let faint = FAINT.now(self.is(Face::Silent)) * self.sliding_speed;
+        let faint = (FAINT.now(self.is(Face::Silent)) * self.sliding_speed).max(NOTHING);
         if envelope.growth > GROWTH.now(self.is(Face::Growing)) {
             Some(Face::Growing)
         } else if envelope.peak <= faint {

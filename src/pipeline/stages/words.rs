@@ -206,6 +206,9 @@ fn unsettled(reading: &Reading) -> String {
 /// How far and how fast, against the speed of sliding.
 fn size(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
     let speed = quantity(peak_magnitude(seen.velocity), "m/s");
+    if sliding_speed == 0.0 {
+        return format!("The ball does not turn; the contact point moves at up to {speed}.");
+    }
     let sliding = quantity(sliding_speed, "m/s");
     if face == Face::Silent {
         return format!("It moves at {speed} at most; the ball slides at {sliding}.");

@@ -60,7 +60,7 @@ fn joint(
         socket: socket(document, ball_diameter)?,
         load: document.get(&keys::LOAD)?,
         azimuth: document.get(&keys::AZIMUTH)?,
-        rotation: rotation(document)?,
+        rotation: document.get(&keys::ROTATION)?,
         convection: document.get(&keys::CONVECTION)?,
         contact: Contact {
             nodes,
@@ -262,19 +262,6 @@ fn socket(document: &Document<'_>, ball_diameter: Option<f64>) -> Result<Socket,
         young: document.get(&keys::SOCKET_YOUNG)?,
         poisson: document.get(&keys::SOCKET_POISSON)?,
     })
-}
-
-fn rotation(document: &Document<'_>) -> Result<[f64; 3], SceneError> {
-    let rotation = document.get(&keys::ROTATION)?;
-    if rotation.iter().all(|&component| component == 0.0) {
-        return Err(document.inconsistent(
-            keys::ROTATION.path,
-            &[],
-            "the ball does not rotate, so nothing slides",
-            "make one component other than 0",
-        ));
-    }
-    Ok(rotation)
 }
 
 fn friction(document: &Document<'_>) -> Result<Friction, SceneError> {

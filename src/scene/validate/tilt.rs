@@ -48,7 +48,8 @@ fn out_of_order(place: Place) -> SceneError {
 }
 
 /// The central contact point must slide at every tilt that is reached: otherwise Eq. (24) has no
-/// direction. It does not where the load's axis meets the axis of rotation.
+/// direction. It does not where the load's axis meets the axis of rotation. A ball that does not turn
+/// slides nowhere, at any tilt: its joint is at rest, and Eq. (24) is read in the direction of the tilt.
 pub(in crate::scene) fn sliding(
     joint: &JointSpec,
     tilt: &Schedule,
@@ -58,6 +59,9 @@ pub(in crate::scene) fn sliding(
     const TOO_CLOSE: f64 = 1e-4;
 
     let [x, y, z] = joint.rotation;
+    if joint.rotation == [0.0; 3] {
+        return Ok(());
+    }
     let (sin, cos) = joint.azimuth.sin_cos();
     // Across the plane in which the load tilts, and within it.
     let across = y * cos - x * sin;
