@@ -3,6 +3,7 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
@@ -61,7 +62,9 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
     }
     if output != Output::default() {
-        sinks.push(Box::new(RerunSink::new(&output, job.scene.record)?));
+        let notice = Arc::clone(&job.notice);
+        let recording = RerunSink::new(&output, job.scene.record)?;
+        sinks.push(Box::new(recording.with_notice(move |words| notice(words))));
     }
     let monitor = Monitor {
         stop: job.stop,

@@ -5,7 +5,7 @@
 //! | 0 | done |
 //! | 1 | a fault while running |
 //! | 2 | bad input: arguments, a scene, a signal, an output that cannot be written |
-//! | 130 | interrupted by Ctrl-C; what was reached until then is kept |
+//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; what was reached until then is kept |
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the

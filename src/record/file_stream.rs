@@ -5,10 +5,10 @@ use std::time::Duration;
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
     log::ChunkBatcherConfig,
-    sink::{BufferedSink, FileSink, LogSink},
+    sink::{LogSink, SinkFlushError},
 };
 
-use super::{error::RecordError, part_file::PartFile};
+use super::{error::RecordError, part_file::PartFile, rrd_file::RrdFile};
 
 /// Wall time that what is logged may wait for more of its kind where a viewer is watching: short enough
 /// that views agree.
@@ -18,7 +18,7 @@ const WATCHED: Duration = Duration::from_millis(30);
 /// is kept in memory until the file's end and takes some 6 kB a line.
 const UNWATCHED: Duration = Duration::from_millis(800);
 /// How long a flush may take before the disk counts as stuck.
-pub const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
+const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 
 /// Wall time that what is logged may wait for more of its kind.
 pub fn lag(watched: bool) -> Duration {
@@ -46,20 +46,26 @@ pub fn open(
 }
 
 /// Writes into a part file.
-pub fn sink(file: &PartFile) -> Result<FileSink, RecordError> {
-    FileSink::new(file.part()).map_err(|error| file.write_error(error.to_string()))
+pub fn sink(file: &PartFile) -> Result<RrdFile, RecordError> {
+    RrdFile::create(file.part()).map_err(|error| file.write_error(error.to_string()))
 }
 
-/// Closes the file of a stream that has been flushed; its index is written then.
-pub fn seal(rec: &RecordingStream, file: &PartFile) -> Result<(), RecordError> {
-    // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
-    // Rerun reports no failure there, but an index that could not be written adds nothing.
-    let before = file.len()?;
-    rec.set_sink(Box::new(BufferedSink::new()));
+/// Pushes everything out, and learns of faults: logging itself never reports one.
+pub fn flush(rec: &RecordingStream, file: &PartFile) -> Result<(), RecordError> {
     rec.flush_with_timeout(FLUSH_PATIENCE)
-        .map_err(|error| file.write_error(error.to_string()))?;
-    if file.len()? <= before {
-        return Err(file.write_error("the index at its end is missing".to_owned()));
-    }
-    Ok(())
+        .map_err(|error| match error {
+            SinkFlushError::Failed { message } => file.write_error(message),
+            SinkFlushError::Timeout => file.write_error(format!(
+                "the disk has not answered for {} s",
+                FLUSH_PATIENCE.as_secs()
+            )),
+        })?;
+    // A file whose name is gone takes everything and keeps nothing.
+    file.still_there()
+}
+
+/// Pushes everything out and closes the file; its index is written then.
+pub fn seal(rec: &RecordingStream, rrd: &RrdFile, file: &PartFile) -> Result<(), RecordError> {
+    flush(rec, file)?;
+    rrd.seal().map_err(|reason| file.write_error(reason))
 }

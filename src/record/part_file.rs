@@ -61,20 +61,23 @@ impl PartFile {
         }
     }
 
-    /// The place asked for.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Where the recording is being written.
     pub fn part(&self) -> &Path {
         &self.part
     }
 
-    /// Bytes written so far.
-    pub fn len(&self) -> Result<u64, RecordError> {
-        let size = std::fs::metadata(&self.part).map(|data| data.len());
-        size.map_err(|error| self.write_error(error.to_string()))
+    /// Makes sure that what is being written still has a name: without one it would end with the
+    /// program, and nothing that is written would tell.
+    ///
+    /// # Errors
+    /// [`RecordError::Gone`].
+    pub fn still_there(&self) -> Result<(), RecordError> {
+        let there = self.part.symlink_metadata();
+        there.map(drop).map_err(|source| RecordError::Gone {
+            path: self.path.clone(),
+            part: self.part.clone(),
+            source,
+        })
     }
 
     /// Writing has failed.

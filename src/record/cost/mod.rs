@@ -19,7 +19,7 @@ use rerun::{RecordingStream, TextDocument};
 use super::{
     blueprint,
     error::RecordError,
-    file_stream::{self, FLUSH_PATIENCE},
+    file_stream,
     part_file::PartFile,
     paths::{self, Root},
     text::{self, Origin},
@@ -39,13 +39,15 @@ pub const APPLICATION: &str = "squeakscope-cost";
 /// before is then unchanged.
 pub fn save_cost(path: &Path, cost: &CostView) -> Result<(), RecordError> {
     let file = PartFile::create(path)?;
-    let sink = Box::new(file_stream::sink(&file)?);
+    let rrd = file_stream::sink(&file)?;
     // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(APPLICATION, sink, false)?);
+    let rec = ManuallyDrop::new(file_stream::open(
+        APPLICATION,
+        Box::new(rrd.clone()),
+        false,
+    )?);
     draw(&rec, cost)?;
-    rec.flush_with_timeout(FLUSH_PATIENCE)
-        .map_err(|error| file.write_error(error.to_string()))?;
-    file_stream::seal(&rec, &file)?;
+    file_stream::seal(&rec, &rrd, &file)?;
     drop(ManuallyDrop::into_inner(rec));
     file.keep()
 }
