@@ -44,7 +44,8 @@ pub enum Command {
     Paper(PaperArgs),
     /// Search what the paper leaves open for the set that meets most of its claims.
     Calibrate(CalibrateArgs),
-    /// What accuracy costs in this scene: each knob's error against CPU time and calls, and the cheapest setting.
+    /// What accuracy costs in this scene, at its first tilt: each knob's error against CPU time and calls, and
+    /// the cheapest integrator.
     Cost(CostArgs),
     /// How time and memory grow with nodes, modes, exponents, recurrence plots, threads and the length of a run.
     Growth(GrowthArgs),
@@ -405,12 +406,12 @@ pub struct CostArgs {
     /// Turn only this knob; may be given several times [default: all that the scene has].
     #[arg(long, value_name = "KNOB", value_enum)]
     pub only: Vec<OneKnob>,
-    /// Runs of each setting, of which the median counts.
+    /// Runs of each setting, of which the median counts; long ones, of invariants and exponents, are run once.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
-    /// The longest time over which trajectories are compared; chaos shortens it.
-    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = compared)]
-    pub horizon: f64,
+    /// The longest time over which trajectories are compared; chaos shortens it [default: 4, without a joint 50].
+    #[arg(long, value_name = "MS", value_parser = compared)]
+    pub horizon: Option<f64>,
     /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
     #[arg(long, value_name = "DIR", default_value = "cost")]
     pub out: PathBuf,

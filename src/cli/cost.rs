@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::args::CostArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::run::command_line;
@@ -60,12 +60,16 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             .retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
     }
     plan.repeats = args.repeats.into();
-    plan.horizon = 1e-3 * args.horizon;
+    if let Some(horizon) = args.horizon {
+        plan.horizon = 1e-3 * horizon;
+    }
+    if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
+        return Err(CliError::NoAdvice);
+    }
     check_directory(&args.out, "--out")?;
-    let inside = |name: &str| OutputFile::check(&args.out.join(name), "--out");
     if args.out.is_dir() {
         for name in [TABLE, RECORDING] {
-            inside(name)?;
+            inside(&args.out, name)?;
         }
     }
     let own = args.scene.as_deref().map(OsStr::new);
@@ -77,6 +81,20 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             ("--json", args.json.as_deref()),
         ],
     )?;
+    let figures = Knob::ALL
+        .iter()
+        .flat_map(|knob| ["svg", "png"].map(|ending| format!("cost-{}.{ending}", knob.name())));
+    let names: Vec<String> = [TABLE, RECORDING]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(figures)
+        .collect();
+    let others = [
+        ("--page", page.as_ref()),
+        ("--write", write.as_ref()),
+        ("--json", json.as_ref()),
+    ];
+    check_beside(&args.out, "--out", &names, &others)?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());
@@ -85,30 +103,48 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };
     let Some(study) = found.map_err(failed("cost study"))? else {
-        return Err(CliError::Interrupted);
+        return Err(CliError::NothingYet);
     };
     let advised = advice(&study.sets);
-    let mut files = write_figures(&args.out, &(tools.draw)(&study).map_err(failed("drawing"))?)?;
-    let csv = inside(TABLE)?;
-    csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
-    files.push(FileReport::of(&csv)?);
-    let recording = inside(RECORDING)?;
-    (tools.record)(&plan, &study, &command_line(), recording.path())
-        .map_err(failed("recording"))?;
-    files.push(FileReport::of(&recording)?);
-    if let Some(file) = write {
-        let text = scene.with_advice(&settings(&advised))?.text;
-        file.write(|out| out.write_all(text.as_bytes()))?;
-        files.push(FileReport::of(&file)?);
-    }
-    let mut report = CostReport::new(&study, advised, files);
-    if let Some(file) = page {
-        let chapter = report.chapter();
-        file.write(|out| out.write_all(chapter.as_bytes()))?;
-        report.files.push(FileReport::of(&file)?);
-    }
+    let mut report = CostReport::new(&study, advised.clone());
+    // What is found is told even where a file cannot be written.
+    let mut write_all = || -> Result<(), CliError> {
+        let drawn = (tools.draw)(&study).map_err(failed("drawing"))?;
+        report.files = write_figures(&args.out, &drawn)?;
+        let csv = inside(&args.out, TABLE)?;
+        csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
+        report.files.push(FileReport::of(&csv)?);
+        let recording = inside(&args.out, RECORDING)?;
+        (tools.record)(&plan, &study, &command_line(), recording.path())
+            .map_err(failed("recording"))?;
+        report.files.push(FileReport::of(&recording)?);
+        if let Some(file) = &write
+            && !advised.is_empty()
+        {
+            let text = scene.with_advice(&settings(&advised))?.text;
+            file.write(|out| out.write_all(text.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        if let Some(file) = &page {
+            let chapter = report.chapter();
+            file.write(|out| out.write_all(chapter.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        Ok(())
+    };
+    let written = write_all();
     report::deliver(&report, json.as_ref())?;
-    Ok(())
+    written?;
+    match study.stopped {
+        true => Err(CliError::Interrupted),
+        false if write.is_some() && advised.is_empty() => Err(CliError::NoAdvice),
+        false => Ok(()),
+    }
+}
+
+/// One of the files in the directory asked for.
+fn inside(directory: &Path, name: &str) -> Result<OutputFile, CliError> {
+    Ok(OutputFile::check(&directory.join(name), "--out")?)
 }
 
 /// Advice as a scene states it: the error, the method, its tolerance or step.
@@ -162,8 +198,10 @@ pub struct CostReport {
     pub exponent_per_s: Option<f64>,
     /// The sets.
     pub sets: Vec<SetReport>,
-    /// The cheapest setting for each error.
+    /// The cheapest setting of the integrator for each error.
     pub advice: Vec<Advice>,
+    /// Whether Ctrl-C ended the study: then knobs are missing.
+    pub stopped: bool,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -201,7 +239,7 @@ pub struct PointReport {
 }
 
 impl CostReport {
-    fn new(study: &CostStudy, advice: Vec<Advice>, files: Vec<FileReport>) -> Self {
+    fn new(study: &CostStudy, advice: Vec<Advice>) -> Self {
         let sets = study.sets.iter().map(|set| SetReport {
             knob: set.knob.name(),
             family: set.family.clone(),
@@ -227,7 +265,8 @@ impl CostReport {
             exponent_per_s: study.exponent.map(|exponent| exponent.value),
             sets: sets.collect(),
             advice,
-            files,
+            stopped: study.stopped,
+            files: Vec::new(),
         }
     }
 }
@@ -342,7 +381,10 @@ impl Report for CostReport {
             }
         }
         if !self.advice.is_empty() {
-            let _ = writeln!(text, "{NAME}the cheapest setting{NAME:#}");
+            let _ = writeln!(
+                text,
+                "{NAME}the cheapest setting of the integrator{NAME:#}, for an error of its own: that of nodes, modes and elements comes on top"
+            );
             for advice in &self.advice {
                 let _ = writeln!(
                     text,
@@ -399,6 +441,7 @@ mod tests {
             scene: plan.scene.name.clone(),
             horizon: plan.horizon,
             exponent: None,
+            stopped: false,
             sets: vec![
                 set(
                     "lawson54",
@@ -432,7 +475,7 @@ mod tests {
             scene: Some("torus-3deg".to_owned()),
             only: Vec::new(),
             repeats: 1,
-            horizon: 2.0,
+            horizon: Some(2.0),
             out: folder.join("cost"),
             page: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),

@@ -114,6 +114,7 @@ mod tests {
             scene: "torus-3deg".to_owned(),
             horizon: 4e-3,
             exponent: None,
+            stopped: false,
             sets: vec![
                 set(Knob::Events, "exact", Ok(1e-5)),
                 set(Knob::Integrator, "lawson54", Ok(1e-3)),

@@ -3,6 +3,7 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use super::analyse::{FigureFile, Play, Tools};
@@ -32,7 +33,7 @@ use crate::figure::{
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, Sink, SinkError, Tee, drive, initial_state, source};
+use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
 use crate::record::cost::save_cost;
 use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
@@ -185,19 +186,31 @@ pub(super) const COST: cost::Tools = cost::Tools {
 
 /// What `squeakscope growth` needs.
 pub(super) const GROWTH: growth::Tools = growth::Tools {
-    growth: |plan, watch| {
-        let folder = tempfile::tempdir()?;
-        let output = Output {
-            save: Some(folder.path().join("run.rrd")),
-            ..Output::default()
-        };
-        let record = &mut |scene: &Scene| -> Result<Box<dyn Sink>, SinkError> {
-            Ok(Box::new(RerunSink::new(&output, scene.record)?))
-        };
-        Ok(study::growth::growth(plan, record, watch)?)
-    },
+    growth: |plan, watch| Ok(study::growth::growth(plan, &mut run_apart, watch)?),
     draw: |scene, grown| Ok(vec![drawn(growth_figure(scene, grown)?)?]),
 };
+
+/// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
+fn run_apart(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> {
+    let folder = tempfile::tempdir()?;
+    let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
+    std::fs::write(&file, &scene.text)?;
+    let done = Command::new(std::env::current_exe()?)
+        .arg("run")
+        .arg(&file)
+        .args(["--duration", &format!("{}", 1e3 * duration)])
+        .arg("--save")
+        .arg(folder.path().join("run.rrd"))
+        .arg("--json")
+        .arg(&report)
+        .output()?;
+    if !done.status.success() {
+        return Err(String::from_utf8_lossy(&done.stderr).trim().into());
+    }
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report)?)?;
+    let seconds = report["wall_s"].as_f64().ok_or("a run told no time")?;
+    Ok((seconds, report["peak_memory_bytes"].as_u64()))
+}
 
 /// What `squeakscope paper` needs.
 pub(super) const PAPER: paper::Tools = paper::Tools {

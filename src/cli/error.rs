@@ -81,6 +81,11 @@ pub enum CliError {
         /// Path of the second.
         second: &'static str,
     },
+    /// There is nothing to write into the scene.
+    #[error(
+        "there is no advice to write (--write): no setting of the integrator was tried, or none reaches an error of 1e-2; turn that knob, too"
+    )]
+    NoAdvice,
     /// A scene without a load has no tilt to sweep.
     #[error(
         "the scene `{scene}` has no load, and so no tilt; say what to vary by --over KEY=A:B:STEP"
@@ -123,6 +128,9 @@ pub enum CliError {
         /// How many there are.
         dimension: usize,
     },
+    /// Ctrl-C, before there was anything.
+    #[error("interrupted before anything was found")]
+    NothingYet,
     /// Ctrl-C.
     #[error("interrupted; what was reached until then is kept")]
     Interrupted,
@@ -134,6 +142,7 @@ impl CliError {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::WouldReplace { .. }
+            | Self::NoAdvice
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
             | Self::NoTilt { .. }
@@ -146,7 +155,7 @@ impl CliError {
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
             Self::Output(_) | Self::Table(_) | Self::Run { .. } => 1,
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::NothingYet => 130,
         }
     }
 }

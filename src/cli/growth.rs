@@ -11,21 +11,21 @@ use serde::Serialize;
 use super::args::GrowthArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::growth::{Growth, GrowthPlan, Watch};
+use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
 use crate::study::threads;
 
 const NAME: Style = Style::new().bold();
 
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
-    /// Measures.
-    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Option<Vec<Growth>>, Cause>,
+    /// Measures; and whether it was let to its end.
+    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Grown, Cause>,
     /// Draws the figure of a scene.
     pub draw: fn(&str, &[Growth]) -> Result<Vec<Drawn>, Cause>,
 }
@@ -48,6 +48,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     };
     check_directory(&args.out, "--out")?;
     let own = args.scene.as_deref().map(OsStr::new);
+    let names = ["growth.csv", "growth.svg", "growth.png"].map(str::to_owned);
     let [page, json] = check_all(
         own,
         [
@@ -55,6 +56,8 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
             ("--json", args.json.as_deref()),
         ],
     )?;
+    let others = [("--page", page.as_ref()), ("--json", json.as_ref())];
+    check_beside(&args.out, "--out", &names, &others)?;
     let progress = Progress::of_estimate();
     let found = (tools.growth)(&plan, &mut |size, share| {
         progress.tell(share, size.name().to_owned());
@@ -62,9 +65,10 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     });
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };
-    let Some(grown) = found.map_err(failed("growth study"))? else {
-        return Err(CliError::Interrupted);
-    };
+    let (grown, whole) = found.map_err(failed("growth study"))?;
+    if grown.is_empty() {
+        return Err(CliError::NothingYet);
+    }
     let figures = (tools.draw)(&name, &grown).map_err(failed("drawing"))?;
     let mut report = GrowthReport {
         version: VERSION,
@@ -81,7 +85,10 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         report.files.push(FileReport::of(&file)?);
     }
     report::deliver(&report, json.as_ref())?;
-    Ok(())
+    match whole {
+        true => Ok(()),
+        false => Err(CliError::Interrupted),
+    }
 }
 
 /// Result of `squeakscope growth`.
@@ -128,7 +135,7 @@ impl GrowthReport {
                 growth.work.name()
             );
             for point in &growth.points {
-                let memory = megabytes(point.memory).unwrap_or_else(|| "not told".to_owned());
+                let memory = megabytes(point.memory).unwrap_or_else(|| "-".to_owned());
                 let _ = writeln!(
                     text,
                     "| {} | {} | {memory} |",
@@ -158,7 +165,7 @@ impl Report for GrowthReport {
                 "peak MB"
             );
             for point in &growth.points {
-                let memory = megabytes(point.memory).unwrap_or_else(|| "not told".to_owned());
+                let memory = megabytes(point.memory).unwrap_or_else(|| "-".to_owned());
                 let _ = writeln!(
                     text,
                     "  {:>26}  {:>10}  {memory:>11}",
@@ -179,7 +186,7 @@ impl Report for GrowthReport {
 fn words(growth: &Growth) -> Option<String> {
     let exponent = growth.exponent()?;
     Some(format!(
-        "at last as the power {exponent:.2} of the {}",
+        "over the larger half as the power {exponent:.2} of the {}",
         growth.size.name()
     ))
 }
@@ -205,14 +212,14 @@ mod tests {
     const TOOLS: Tools = Tools {
         growth: |plan, watch| {
             if !watch(Size::Nodes, 0.5) {
-                return Ok(None);
+                return Ok((Vec::new(), false));
             }
             let point = |value: f64| GrowthPoint {
                 value,
                 seconds: 1e-8 * value,
                 memory: Some(50_000_000),
             };
-            Ok(Some(vec![Growth {
+            let grown = vec![Growth {
                 size: Size::Nodes,
                 work: Work::Call,
                 points: plan
@@ -220,7 +227,8 @@ mod tests {
                     .iter()
                     .map(|nodes| point(*nodes as f64))
                     .collect(),
-            }]))
+            }];
+            Ok((grown, true))
         },
         draw: |scene, grown| {
             Ok(vec![Drawn {

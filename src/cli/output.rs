@@ -187,6 +187,32 @@ pub fn check_apart(
     Ok(())
 }
 
+/// Checks that no output has the place of one of the files that a command writes into a directory.
+///
+/// # Errors
+/// When one has.
+pub fn check_beside(
+    directory: &Path,
+    option: &'static str,
+    names: &[String],
+    others: &[(&'static str, Option<&OutputFile>)],
+) -> Result<(), OutputError> {
+    let places: Vec<PathBuf> = names
+        .iter()
+        .map(|name| resolved(&directory.join(name)))
+        .collect();
+    for (other, file) in others {
+        if let Some(file) = file.filter(|file| places.iter().any(|place| file.path() == place)) {
+            return Err(OutputError::Twice {
+                path: file.path().to_owned(),
+                option: other,
+                other: option,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// A path with its links resolved; of a file that is not there yet, those of its directory.
 fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {

@@ -17,6 +17,7 @@ use super::output::{OutputError, OutputFile};
 use crate::VERSION;
 use crate::pipeline::message::Summary;
 use crate::scene::{PRESETS, Scene, SceneError, SceneWarning};
+use crate::study::growth::peak_memory;
 
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
@@ -125,6 +126,12 @@ pub struct RunReport {
     pub amplitude_m: f64,
     /// Largest speed of the same at the end, m/s.
     pub peak_velocity_m_per_s: f64,
+    /// The most memory that the program has held, bytes; `null` where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+    /// The integrator, as scenes name it.
+    pub method: &'static str,
+    /// Its tolerance; `null` where its step is fixed.
+    pub tolerance: Option<f64>,
     /// Accepted steps of the integrator.
     pub steps: u64,
     /// Rejected steps of the integrator.
@@ -196,6 +203,10 @@ impl RunReport {
             lines: lines.collect(),
             amplitude_m: summary.amplitude,
             peak_velocity_m_per_s: summary.peak_velocity,
+            peak_memory_bytes: peak_memory(),
+            method: scene.integrator.method.name(),
+            tolerance: (!scene.integrator.method.has_fixed_step())
+                .then_some(scene.integrator.tolerance),
             steps: summary.tally.steps,
             rejections: summary.tally.rejections,
             calls: summary.tally.calls,
@@ -252,9 +263,13 @@ impl Report for RunReport {
             ),
             None => format!("{} events", self.transitions),
         };
+        let integrator = match self.tolerance {
+            Some(tolerance) => format!("{} at {tolerance:e}", self.method),
+            None => self.method.to_owned(),
+        };
         let _ = writeln!(
             text,
-            "  {} steps, {} rejected, {} calls; {events}",
+            "  {integrator}: {} steps, {} rejected, {} calls; {events}",
             self.steps, self.rejections, self.calls
         );
         if let Some(exponents) = &self.exponents {

@@ -49,22 +49,32 @@ fn figure(study: &CostStudy, knob: Knob, sets: &[&CostSet]) -> Result<Figure, Fi
 fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
     let points = || sets.iter().flat_map(|set| &set.points);
     let errors = points().filter_map(|point| point.error.as_ref().ok().map(|e| e.max(LEAST)));
-    let floors = sets.iter().filter_map(|set| set.floor);
-    let drawn = floors.clone().filter(|floor| *floor > LEAST);
+    let floors = || sets.iter().filter_map(|set| set.floor);
+    let drawn = floors().filter(|floor| *floor > LEAST);
     let y = decades(errors.chain(drawn), 1.0);
-    let x = decades(points().map(work).filter(|work| *work > 0.0), 0.0);
+    let done = points().filter(|point| point.error.is_ok()).map(work);
+    let x = decades(done.filter(|work| *work > 0.0), 0.0);
+    let [left, right] = x.map(|decade| 10f64.powi(decade));
     let mut marks = Vec::new();
-    // The error of the reference: below it nothing is told.
-    if let Some(floor) = floors.fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b)))) {
+    // The error of the reference, of each family where they differ: below it nothing is told.
+    let one_floor = floors().all(|floor| Some(floor) == sets[0].floor);
+    if let (true, Some(floor)) = (one_floor, sets[0].floor) {
         marks.push(Mark::Level {
             y: floor.max(LEAST),
         });
         marks.push(Mark::Words {
-            at: [10f64.powi(x[0]), 4.0 * floor.max(LEAST)],
-            words: "  the reference's own error".to_owned(),
+            // Clear of the axis.
+            at: [left * (right / left).powf(0.01), 4.0 * floor.max(LEAST)],
+            words: "the reference's own error".to_owned(),
         });
     }
     for (set, color) in sets.iter().zip(FAMILIES.into_iter().cycle()) {
+        if let (false, Some(floor)) = (one_floor, set.floor) {
+            marks.push(Mark::Wire {
+                points: [left, right].map(|x| [x, floor.max(LEAST)]).to_vec(),
+                color,
+            });
+        }
         let place = |point: &CostPoint| {
             let error = point.error.as_ref().ok()?;
             Some([work(point), error.max(LEAST)])
@@ -81,14 +91,27 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
             color,
             label: String::new(),
         });
-        let failed = set.points.iter().filter(|point| point.error.is_err());
-        let failed: Vec<f64> = failed.map(work).filter(|work| *work > 0.0).collect();
-        for work in failed {
-            marks.push(Mark::Words {
-                at: [work, 10f64.powi(y[1]) / 1.6],
-                words: format!("× {}", set.family),
-            });
-        }
+    }
+    // Failures have a work, but it is that of failing: they stand at the edge, a row a family.
+    let failures = sets.iter().filter_map(|set| {
+        let failed = |point: &&CostPoint| point.error.is_err();
+        let values: Vec<String> = set
+            .points
+            .iter()
+            .filter(failed)
+            .map(|point| format!("{:e}", point.value))
+            .collect();
+        (!values.is_empty()).then(|| format!("× {} at {}", set.family, values.join(", ")))
+    });
+    let rows = f64::from(y[1] - y[0]) * 0.05;
+    for (row, words) in failures.enumerate() {
+        marks.push(Mark::Words {
+            at: [
+                left * (right / left).powf(0.01),
+                10f64.powf(f64::from(y[1]) - rows * (row as f64 + 0.7)),
+            ],
+            words,
+        });
     }
     Panel {
         title: String::new(),
@@ -124,6 +147,7 @@ mod tests {
             scene: "test".to_owned(),
             horizon: 4e-3,
             exponent: None,
+            stopped: false,
             sets: vec![CostSet {
                 knob: Knob::Integrator,
                 family: "lawson54".to_owned(),
@@ -140,7 +164,7 @@ mod tests {
         assert_eq!(figures.len(), 1);
         assert_eq!(figures[0].name, "cost-integrator");
         let svg = &figures[0].svg;
-        assert!(svg.contains("lawson54") && svg.contains("× lawson54"));
+        assert!(svg.contains("lawson54") && svg.contains("× lawson54 at 1e-3"));
         assert!(svg.contains("own error") && svg.contains("10⁻⁹"), "{svg}");
         // Two dots in each of two panels.
         assert_eq!(svg.matches("<circle").count(), 4);

@@ -37,12 +37,10 @@ fn panel(size: Size, grown: &[&Growth]) -> Panel {
         let points = growth.points.iter().filter_map(milliseconds).collect();
         curves.push((format!("{}, ms", growth.work.name()), points));
     }
-    // Only where memory is what grows: elsewhere it is that of the program.
-    if matches!(size, Size::Recurrence | Size::Duration) {
-        let points: Vec<_> = grown[0].points.iter().filter_map(megabytes).collect();
-        if !points.is_empty() {
-            curves.push(("memory, MB".to_owned(), points));
-        }
+    let points: Vec<_> = grown[0].points.iter().filter_map(megabytes).collect();
+    let with_memory = !points.is_empty();
+    if with_memory {
+        curves.push(("memory, MB".to_owned(), points));
     }
     let all = || curves.iter().flat_map(|(_, points)| points);
     let x = decades(all().map(|[x, _]| *x), 0.0);
@@ -70,7 +68,8 @@ fn panel(size: Size, grown: &[&Growth]) -> Panel {
         },
         y: match grown[0].work {
             Work::Sweep => Axis::linear("ms", [0.0, 1.3 * top(&marks)]),
-            _ => Axis::decades("ms, MB", y),
+            _ if with_memory => Axis::decades("ms, MB", y),
+            _ => Axis::decades("ms", y),
         },
         marks,
     }
@@ -105,7 +104,7 @@ mod tests {
                 .map(|value| GrowthPoint {
                     value,
                     seconds: 1e-3 * value,
-                    memory: Some(20_000_000),
+                    memory: matches!(size, Size::Duration).then_some(20_000_000),
                 })
                 .to_vec(),
         };
@@ -119,7 +118,7 @@ mod tests {
         for words in [
             "contact nodes",
             "a call of the right-hand side, ms",
-            "1 ms of vibration, ms",
+            "1 ms of the settled vibration, ms",
             "a sweep, by the clock, ms",
             "memory, MB",
         ] {

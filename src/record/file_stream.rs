@@ -1,6 +1,6 @@
 //! A recording stream whose end is a file: how it is opened, and how the file is made whole.
 
-use std::time::Duration;
+use std::{mem::ManuallyDrop, path::Path, time::Duration};
 
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
@@ -43,6 +43,27 @@ pub fn open(
     rec.set_log_time_enabled(false);
     rec.set_sink(sink);
     Ok(rec)
+}
+
+/// Saves a recording of an application that `draw` logs at once. The file takes its name only when it is
+/// whole.
+///
+/// # Errors
+/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and those of `draw`; what
+/// was at `path` before is then unchanged.
+pub fn save(
+    path: &Path,
+    application: &'static str,
+    draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
+) -> Result<(), RecordError> {
+    let file = PartFile::create(path)?;
+    let rrd = sink(&file)?;
+    // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
+    let rec = ManuallyDrop::new(open(application, Box::new(rrd.clone()), false)?);
+    draw(&rec)?;
+    seal(&rec, &rrd, &file)?;
+    drop(ManuallyDrop::into_inner(rec));
+    file.keep()
 }
 
 /// Writes into a part file.

@@ -28,7 +28,11 @@ impl Advised {
             .into_iter()
             .find(|method| method.name() == name)?;
         let value: f64 = value.trim().parse().ok()?;
-        let sound = value > 0.0 && value <= 1e-2;
+        // As of the keys that will take it.
+        let sound = match method.has_fixed_step() {
+            true => (1e-9..=1e-3).contains(&value),
+            false => (1e-13..=1e-2).contains(&value),
+        };
         sound.then_some(Self {
             error,
             method,
@@ -62,9 +66,23 @@ impl Scene {
             .iter()
             .filter(|advised| advised.error <= error * (1.0 + 1e-9));
         let Some(advised) = fitting.max_by(|a, b| a.error.total_cmp(&b.error)) else {
+            let finest = ADVICE
+                .iter()
+                .map(|(error, _)| *error)
+                .fold(f64::INFINITY, f64::min);
             let fault = Fault::NoAdvice {
                 scene: self.name.clone(),
                 error: format!("{error:e}"),
+                remedy: match error < finest * (1.0 - 1e-9) {
+                    true => format!(
+                        "advice goes down to {finest:e}: for less give the scene a time.tolerance"
+                    ),
+                    false => {
+                        "find one by `squeakscope cost SCENE --write FILE.toml`, SCENE being this \
+                              one's name or file, and take that file"
+                            .to_owned()
+                    }
+                },
             };
             return Err(fault.at(Place {
                 file: "--accuracy".to_owned(),
@@ -111,7 +129,9 @@ mod tests {
 
     #[test]
     fn advice_is_written_read_and_followed() {
-        let scene = Scene::load("mode-shift-3.5deg").unwrap();
+        let text = Scene::load("mode-shift-3.5deg").unwrap().text;
+        let (without, _) = text.split_once("[accuracy]").unwrap();
+        let scene = Scene::parse("mine.toml", without).unwrap();
         let advised = scene
             .with_advice(&[
                 (1e-2, "rk4", 1.6e-6),
@@ -133,12 +153,22 @@ mod tests {
         assert!((coarse.max_step / 1.6e-6 - 1.0).abs() < 1e-12);
         // Between two the better one.
         assert_eq!(found(5e-3).method, Method::Dop853);
-        let refused = advised.with_accuracy(1e-9).unwrap_err().to_string();
+        let refused = |error: f64| advised.with_accuracy(error).unwrap_err().to_string();
         assert!(
-            refused.contains("squeakscope cost mode-shift-3.5deg"),
-            "{refused}"
+            refused(1e-6).contains("`squeakscope cost SCENE --write FILE.toml`"),
+            "{}",
+            refused(1e-6)
         );
-        for text in ["dop853", "dop 1e-3", "rk4 -1", "rk4 x", "auto 3"] {
+        assert!(refused(1e-9).contains("goes down to 1e-6"));
+        for text in [
+            "dop853",
+            "dop 1e-3",
+            "rk4 -1",
+            "rk4 x",
+            "auto 3",
+            "rk4 1e-12",
+            "auto 1e-99",
+        ] {
             assert_eq!(Advised::read(1e-2, text), None, "{text}");
         }
     }

@@ -150,14 +150,14 @@ pub enum Fault {
         key: String,
     },
     /// No advice for an error so small.
-    #[error(
-        "the scene `{scene}` knows no integrator for an error of {error}; find one by `squeakscope cost {scene} --write FILE.toml`, and take that file"
-    )]
+    #[error("the scene `{scene}` knows no integrator for an error of {error}; {remedy}")]
     NoAdvice {
         /// Name of the scene.
         scene: String,
         /// The error wanted.
         error: String,
+        /// What to do.
+        remedy: String,
     },
     /// A number outside its range, or not finite.
     #[error("`{key}` = {found} is out of range; it must be {expected}")]

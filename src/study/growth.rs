@@ -16,7 +16,7 @@ use super::response::{From, ResponsePlan, response, section_lag};
 use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
 use crate::analysis::{DelayVectors, Norm, RecurrenceRule, Threshold, deviation, quantify};
 use crate::joint::{BallJoint, Frequencies};
-use crate::pipeline::{Monitor, Prepared, Sink, SinkError, prepare_on, run};
+use crate::pipeline::{Prepared, prepare_on};
 use crate::scene::{Parameter, Scene};
 
 /// What grows.
@@ -40,10 +40,11 @@ pub enum Size {
 impl Size {
     /// All of them.
     pub const ALL: [Self; 6] = [
+        // First, while the program holds nothing else.
+        Self::Recurrence,
         Self::Nodes,
         Self::Modes,
         Self::Exponents,
-        Self::Recurrence,
         Self::Threads,
         Self::Duration,
     ];
@@ -67,13 +68,13 @@ impl Size {
 pub enum Work {
     /// One call of the right-hand side.
     Call,
-    /// A millisecond of vibration, from the scene's start on, by the scene's integrator.
+    /// A millisecond of the settled vibration, by the scene's integrator.
     Vibration,
     /// The quantification of a recurrence plot.
     Quantification,
     /// A sweep of [`SWEPT`] points, by the clock.
     Sweep,
-    /// A whole run with its analyses and its recording.
+    /// A whole run with its analyses and its recording, by the clock.
     Run,
 }
 
@@ -82,10 +83,10 @@ impl Work {
     pub fn name(self) -> &'static str {
         match self {
             Self::Call => "a call of the right-hand side",
-            Self::Vibration => "1 ms of vibration",
+            Self::Vibration => "1 ms of the settled vibration",
             Self::Quantification => "the quantification",
             Self::Sweep => "a sweep, by the clock",
-            Self::Run => "a run with analyses and recording",
+            Self::Run => "a run with analyses and recording, by the clock",
         }
     }
 }
@@ -108,14 +109,16 @@ pub struct GrowthPoint {
     pub value: f64,
     /// CPU time of all threads (of a sweep: time by the clock), s: the median of the repeated runs.
     pub seconds: f64,
-    /// The most memory that the program held meanwhile, bytes; `None` where the system does not tell.
+    /// The most memory that the program held meanwhile, bytes; `None` where the system does not tell, and
+    /// for sizes with which it hardly grows.
     pub memory: Option<u64>,
 }
 
 impl Growth {
-    /// The exponent `p` of `seconds ~ size^p` between the last two points; `None` for fewer.
+    /// The exponent `p` of `seconds ~ size^p` over the upper half of the points; `None` for fewer than two.
     pub fn exponent(&self) -> Option<f64> {
-        let [.., a, b] = &self.points[..] else {
+        let half = self.points.len().saturating_sub(1) / 2;
+        let [a, .., b] = &self.points[half..] else {
             return None;
         };
         Some((b.seconds / a.seconds).ln() / (b.value / a.value).ln())
@@ -166,8 +169,15 @@ impl GrowthPlan {
     }
 }
 
-/// Gives a sink for a run, to which it is recorded.
-pub type Sinks<'a> = &'a mut dyn FnMut(&Scene) -> Result<Box<dyn Sink>, SinkError>;
+/// Runs a scene for so long (s) with its analyses and its recording, and tells its time by the clock (s) and
+/// the most memory that it held (bytes): best in a process of its own, which holds nothing else.
+pub type Run<'a> = &'a mut dyn FnMut(&Scene, f64) -> Result<(f64, Option<u64>), Cause>;
+
+/// Why a run failed.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// What was measured, and whether that is all.
+pub type Grown = (Vec<Growth>, bool);
 
 /// Is told what grows now and the share of all work that is done, and answers whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(Size, f64) -> bool;
@@ -185,15 +195,11 @@ const TIMED: f64 = 4e-3;
 const DIMENSION: usize = 5;
 const SAMPLES_A_LAG: usize = 6;
 
-/// Measures how the work of a scene grows. Runs record to what `sinks` gives. `None` if `watch` says no.
+/// Measures how the work of a scene grows. If `watch` says no, what is done by then; whether all is.
 ///
 /// # Errors
 /// If something of a size cannot be set up or run.
-pub fn growth(
-    plan: &GrowthPlan,
-    sinks: Sinks<'_>,
-    watch: Watch<'_>,
-) -> Result<Option<Vec<Growth>>, CostError> {
+pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
     let mut meter = Meter {
@@ -204,7 +210,7 @@ pub fn growth(
     for (done, size) in Size::ALL.into_iter().enumerate() {
         let mut goes_on = |part: f64| watch(size, (done as f64 + part) / Size::ALL.len() as f64);
         if !goes_on(0.0) {
-            return Ok(None);
+            return Ok((found, false));
         }
         let grown = match size {
             Size::Nodes | Size::Modes | Size::Threads if !has_joint => Some(Vec::new()),
@@ -231,14 +237,14 @@ pub fn growth(
             Size::Exponents => meter.exponents(&held, &plan.exponents, &mut goes_on)?,
             Size::Recurrence => meter.recurrence(&held, &plan.states, &mut goes_on)?,
             Size::Threads => meter.threads(&held, &plan.threads, &mut goes_on),
-            Size::Duration => meter.runs(&plan.scene, &plan.durations, sinks, &mut goes_on)?,
+            Size::Duration => runs(&plan.scene, &plan.durations, run, &mut goes_on)?,
         };
         let Some(grown) = grown else {
-            return Ok(None);
+            return Ok((found, false));
         };
         found.extend(grown.into_iter().filter(|growth| !growth.points.is_empty()));
     }
-    Ok(Some(found))
+    Ok((found, true))
 }
 
 /// Measures.
@@ -253,14 +259,36 @@ type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 impl Meter {
     /// The CPU time of some work, as a point.
     fn point<T>(&self, value: f64, share: f64, mut work: impl FnMut() -> T) -> (GrowthPoint, T) {
-        peak_memory::forget();
         let (result, seconds) = timed(self.repeats, &mut work);
         let point = GrowthPoint {
             value,
             seconds: seconds * share,
-            memory: peak_memory::read(),
+            memory: None,
         };
         (point, result)
+    }
+
+    /// A scene made ready, and the state that it has settled to.
+    fn settled(
+        &mut self,
+        scene: &Scene,
+        goes_on: GoesOn<'_>,
+    ) -> Result<Option<(Prepared, Vec<f64>)>, CostError> {
+        let look = ResponsePlan {
+            exponents: 0,
+            portrait: false,
+            most: 0.1,
+            measure: 0.01,
+            ..ResponsePlan::default()
+        };
+        let on = &mut |_| goes_on(0.0);
+        let Some(settled) = response(scene, From::Cold, &look, &mut self.ball, on)? else {
+            return Ok(None);
+        };
+        let prepared = prepare_on(scene, &mut self.ball)?;
+        let mut state = vec![0.0; prepared.state.len()];
+        state[..settled.state.len()].copy_from_slice(&settled.state);
+        Ok(Some((prepared, state)))
     }
 
     /// Sizes of the system itself: what a call costs, and a millisecond.
@@ -281,12 +309,10 @@ impl Meter {
                 return Ok(None);
             }
             let scene = with(setting)?;
-            let Prepared {
-                system,
-                mut integrator,
-                state,
-                ..
-            } = prepare_on(&scene, &mut self.ball)?;
+            let Some((prepared, state)) = self.settled(&scene, &mut *goes_on)? else {
+                return Ok(None);
+            };
+            let (system, mut integrator) = (prepared.system, prepared.integrator);
             let nodes = scene.joint()?.spec.contact.nodes;
             let value = match size {
                 Size::Nodes => nodes,
@@ -322,8 +348,10 @@ impl Meter {
             if !goes_on(k as f64 / counts.len() as f64) {
                 return Ok(None);
             }
-            let prepared = prepare_on(scene, &mut self.ball)?;
-            let (system, state) = (&*prepared.system, &prepared.state);
+            let Some((prepared, state)) = self.settled(scene, &mut *goes_on)? else {
+                return Ok(None);
+            };
+            let (system, state) = (&*prepared.system, &state);
             if count > system.tangent_dim() {
                 break;
             }
@@ -351,27 +379,17 @@ impl Meter {
         states: &[usize],
         goes_on: GoesOn<'_>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
-        let look = ResponsePlan {
-            exponents: 0,
-            portrait: false,
-            most: 0.1,
-            measure: 0.01,
-            ..ResponsePlan::default()
-        };
-        let on = &mut |_| goes_on(0.0);
-        let Some(settled) = response(scene, From::Cold, &look, &mut self.ball, on)? else {
-            return Ok(None);
-        };
         let longest = states.iter().copied().max().unwrap_or(0);
         let count = |states| DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
+        let Some((prepared, mut z)) = self.settled(scene, &mut *goes_on)? else {
+            return Ok(None);
+        };
         let Prepared {
             system,
             probe,
             mut integrator,
-            state: mut z,
-        } = prepare_on(scene, &mut self.ball)?;
-        z.fill(0.0);
-        z[..settled.state.len()].copy_from_slice(&settled.state);
+            ..
+        } = prepared;
         integrator.start(&*system, 0.0, &z)?;
         let step = section_lag(scene) / SAMPLES_A_LAG as f64;
         let mut samples = Vec::with_capacity(count(longest));
@@ -393,8 +411,10 @@ impl Meter {
                 return Ok(None);
             }
             let vectors = DelayVectors::new(&samples[..count(size)], SAMPLES_A_LAG, DIMENSION)?;
-            let (point, counted) = self.point(size as f64, 1.0, || quantify(&vectors, &rule));
+            forget_peak_memory();
+            let (mut point, counted) = self.point(size as f64, 1.0, || quantify(&vectors, &rule));
             counted?;
+            point.memory = peak_memory();
             points.push(point);
         }
         Ok(Some(vec![Growth {
@@ -429,7 +449,6 @@ impl Meter {
         };
         let mut points = Vec::new();
         for (k, &threads) in counts.iter().enumerate() {
-            peak_memory::forget();
             let mut times = Vec::new();
             for _ in 0..self.repeats {
                 let mut on = || goes_on(k as f64 / counts.len() as f64);
@@ -444,7 +463,7 @@ impl Meter {
             points.push(GrowthPoint {
                 value: threads as f64,
                 seconds: times[times.len() / 2],
-                memory: peak_memory::read(),
+                memory: None,
             });
         }
         Some(vec![Growth {
@@ -453,40 +472,34 @@ impl Meter {
             points,
         }])
     }
+}
 
-    /// Whole runs; each once, as they are long.
-    fn runs(
-        &mut self,
-        scene: &Scene,
-        durations: &[f64],
-        sinks: Sinks<'_>,
-        goes_on: GoesOn<'_>,
-    ) -> Result<Option<Vec<Growth>>, CostError> {
-        let mut points = Vec::new();
-        for (k, &duration) in durations.iter().enumerate() {
-            if !goes_on(k as f64 / durations.len() as f64) {
-                return Ok(None);
-            }
-            let scene = scene.clone().with_duration(1e3 * duration)?;
-            peak_memory::forget();
-            let (done, seconds) = timed(1, || {
-                let mut sink = sinks(&scene).map_err(CostError::Sink)?;
-                run(&scene, "", &mut *sink, Monitor::default())?;
-                Ok::<_, CostError>(())
-            });
-            done?;
-            points.push(GrowthPoint {
-                value: duration,
-                seconds,
-                memory: peak_memory::read(),
-            });
+/// Whole runs; each once, as they are long.
+fn runs(
+    scene: &Scene,
+    durations: &[f64],
+    run: Run<'_>,
+    goes_on: GoesOn<'_>,
+) -> Result<Option<Vec<Growth>>, CostError> {
+    let mut points = Vec::new();
+    for (k, &duration) in durations.iter().enumerate() {
+        let done = run(scene, duration);
+        // A run in a process of its own hears Ctrl-C, too: that is no fault.
+        if !goes_on((k + 1) as f64 / durations.len() as f64) {
+            return Ok(None);
         }
-        Ok(Some(vec![Growth {
-            size: Size::Duration,
-            work: Work::Run,
-            points,
-        }]))
+        let (seconds, memory) = done.map_err(CostError::Run)?;
+        points.push(GrowthPoint {
+            value: duration,
+            seconds,
+            memory,
+        });
     }
+    Ok(Some(vec![Growth {
+        size: Size::Duration,
+        work: Work::Run,
+        points,
+    }]))
 }
 
 /// Does not listen, but may stop.
@@ -504,20 +517,18 @@ impl Audience for Nobody<'_> {
     }
 }
 
-/// The most memory that this program has held, as Linux tells it.
-mod peak_memory {
-    /// Starts anew from what is held now; where that cannot be done, the peak since the start counts.
-    pub fn forget() {
-        let _ = std::fs::write("/proc/self/clear_refs", "5");
-    }
+/// The most memory that this program has held since it began, or since it was told to forget that, bytes;
+/// `None` where the system does not tell (Linux does).
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(1024 * kilobytes)
+}
 
-    /// The peak, bytes.
-    pub fn read() -> Option<u64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let line = status
-            .lines()
-            .find_map(|line| line.strip_prefix("VmHWM:"))?;
-        let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
-        Some(1024 * kilobytes)
-    }
+/// Starts anew from what is held now; where that cannot be done, the peak since the start counts.
+fn forget_peak_memory() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
 }

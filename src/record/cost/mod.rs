@@ -12,7 +12,7 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-use std::{mem::ManuallyDrop, path::Path};
+use std::path::Path;
 
 use rerun::{RecordingStream, TextDocument};
 
@@ -20,7 +20,6 @@ use super::{
     blueprint,
     error::RecordError,
     file_stream,
-    part_file::PartFile,
     paths::{self, Root},
     text::{self, Origin},
 };
@@ -38,18 +37,7 @@ pub const APPLICATION: &str = "squeakscope-cost";
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
 /// before is then unchanged.
 pub fn save_cost(path: &Path, cost: &CostView) -> Result<(), RecordError> {
-    let file = PartFile::create(path)?;
-    let rrd = file_stream::sink(&file)?;
-    // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(
-        APPLICATION,
-        Box::new(rrd.clone()),
-        false,
-    )?);
-    draw(&rec, cost)?;
-    file_stream::seal(&rec, &rrd, &file)?;
-    drop(ManuallyDrop::into_inner(rec));
-    file.keep()
+    file_stream::save(path, APPLICATION, |rec| draw(rec, cost))
 }
 
 /// Logs all knobs.

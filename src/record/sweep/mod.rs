@@ -15,16 +15,14 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-use std::{mem::ManuallyDrop, path::Path};
+use std::path::Path;
 
 use rerun::{RecordingStream, TextDocument, TimelineName};
 
 use super::{
     blueprint,
     error::RecordError,
-    file_stream,
-    part_file::PartFile,
-    paths,
+    file_stream, paths,
     stream::Moment,
     text::{self, Origin},
 };
@@ -46,18 +44,7 @@ pub const APPLICATION: &str = "squeakscope-sweep";
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
 /// before is then unchanged.
 pub fn save_sweep(path: &Path, sweep: &SweepView) -> Result<(), RecordError> {
-    let file = PartFile::create(path)?;
-    let rrd = file_stream::sink(&file)?;
-    // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(file_stream::open(
-        APPLICATION,
-        Box::new(rrd.clone()),
-        false,
-    )?);
-    draw(&rec, sweep)?;
-    file_stream::seal(&rec, &rrd, &file)?;
-    drop(ManuallyDrop::into_inner(rec));
-    file.keep()
+    file_stream::save(path, APPLICATION, |rec| draw(rec, sweep))
 }
 
 /// Logs all of a sweep.

@@ -91,7 +91,7 @@ fn advice(document: &Document<'_>) -> Result<Vec<Advised>, SceneError> {
             document.inconsistent(
                 key.path,
                 &[],
-                "it is no method with a tolerance or a step",
+                "it is no method with a tolerance from 1e-13 to 1e-2, or a fixed step from 1e-9 to 1e-3 s",
                 "write such as \"lawson54 1e-4\", or let `squeakscope cost --write` find it",
             )
         })?);

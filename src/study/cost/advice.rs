@@ -32,22 +32,30 @@ pub struct Advice {
 pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
     let of_integrator = || sets.iter().filter(|set| set.knob == Knob::Integrator);
     let cheapest = |target: f64| {
-        let points = of_integrator().flat_map(|set| {
-            let floor = set.floor.unwrap_or(0.0);
-            set.points.iter().filter_map(move |point| {
-                let error = *point.error.as_ref().ok()?;
-                (error <= target && floor <= target).then_some((set, point, error))
+        let families: Vec<_> = of_integrator()
+            .filter_map(|set| {
+                let floor = set.floor.unwrap_or(0.0);
+                let points = set.points.iter().filter_map(|point| {
+                    let error = *point.error.as_ref().ok()?;
+                    (error <= target && floor <= target).then_some((set, point, error))
+                });
+                // Within a family calls tell the cost without noise; of as many the first, the looser,
+                // counts.
+                points.min_by_key(|(_, point, _)| point.calls)
             })
-        });
-        // Of times that differ by less than they scatter, and of the same calls, the method named first
-        // counts.
-        points.reduce(|best, next| {
-            let cheaper = next.1.seconds < NOTABLY * best.1.seconds;
-            match cheaper && next.1.calls != best.1.calls {
+            .collect();
+        // Between families times do. Of times that differ by less than they scatter the method named
+        // first counts, and of the same calls, too.
+        let cheaper = |a: f64, b: f64| a < NOTABLY * b;
+        let (_, winner, _) = families.iter().copied().reduce(|best, next| {
+            match cheaper(next.1.seconds, best.1.seconds) {
                 true => next,
                 false => best,
             }
-        })
+        })?;
+        families
+            .into_iter()
+            .find(|(_, point, _)| point.calls == winner.calls)
     };
     let advised = TARGETS.into_iter().filter_map(|target| {
         let (set, point, error) = cheapest(target)?;

@@ -37,11 +37,11 @@ type Invariant = fn(&Response) -> Option<f64>;
 
 /// What does not depend on the trajectory.
 const INVARIANTS: [(&str, Invariant); 4] = [
-    ("frequency of the strongest line", |found| {
+    ("strongest frequency", |found| {
         Some(found.lines.first()?.frequency)
     }),
     ("rms velocity", |found| Some(found.rms_velocity)),
-    ("largest exponent over 1000 1/s", |found| {
+    ("λ1 over 1000 1/s", |found| {
         let spectrum = found.exponents.as_ref()?;
         // Of an exponent that is zero there is no relative error.
         Some(1.0 + 1e-3 * spectrum.exponents.first()?.value)

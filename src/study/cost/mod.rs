@@ -23,7 +23,7 @@ use crate::analysis::AnalysisError;
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::fem::FemError;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::{PipelineError, SinkError};
+use crate::pipeline::PipelineError;
 use crate::scene::{Scene, SceneError};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
@@ -144,7 +144,8 @@ impl CostPlan {
                 .filter(|knob| joint || !of_joint(knob))
                 .collect(),
             repeats: 5,
-            horizon: 4e-3,
+            // A good number of periods: small systems are slow.
+            horizon: if joint { 4e-3 } else { 50e-3 },
         }
     }
 }
@@ -160,6 +161,8 @@ pub struct CostStudy {
     pub exponent: Option<Exponent>,
     /// The sets, knob by knob.
     pub sets: Vec<CostSet>,
+    /// Whether it was told to stop: then the knobs that were not done are missing.
+    pub stopped: bool,
 }
 
 /// Is told which knob is turned and the share of all work that is done, and answers whether to go on.
@@ -183,15 +186,20 @@ pub enum CostError {
     /// The settled motion cannot be found.
     #[error("the settled motion that all settings start from cannot be found")]
     Settled(#[from] ResponseError),
+    /// Nothing moves.
+    #[error(
+        "the scene stays at rest, so that there is no motion to compare; give it a kick (start.kick_mm_per_s)"
+    )]
+    AtRest,
     /// The reference cannot be integrated.
     #[error("the reference cannot be integrated: {0}")]
     NoReference(String),
     /// The settled motion cannot be followed.
     #[error(transparent)]
     Motion(#[from] DynamicsError),
-    /// What a run is recorded to cannot be opened.
-    #[error("the recording of a run cannot be opened")]
-    Sink(#[source] SinkError),
+    /// A whole run has failed.
+    #[error("a run has failed")]
+    Run(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// An analysis does not take the samples.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -206,8 +214,8 @@ struct Ground<'a> {
     ball: Option<BallJoint>,
 }
 
-/// Turns all knobs of a plan, on the caller's thread alone, so that times can be compared. `None` if
-/// `watch` says no.
+/// Turns all knobs of a plan, on the caller's thread alone, so that times can be compared. If `watch` says
+/// no, what is done by then; `None` if that is nothing.
 ///
 /// # Errors
 /// If there is no settled motion or no reference to compare with.
@@ -225,6 +233,9 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
     let Some(settled) = response(&plan.scene, From::Cold, &look, &mut ball, goes_on)? else {
         return Ok(None);
     };
+    if settled.state.iter().all(|x| *x == 0.0) {
+        return Err(CostError::AtRest);
+    }
     let exponent = settled
         .exponents
         .and_then(|spectrum| spectrum.exponents.first().copied());
@@ -234,7 +245,7 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
         horizon: horizon(plan.horizon, exponent),
         ball,
     };
-    let mut sets = Vec::new();
+    let (mut sets, mut stopped) = (Vec::new(), false);
     for (done, &knob) in plan.knobs.iter().enumerate() {
         let share = |part: f64| (done as f64 + part) / plan.knobs.len() as f64;
         let goes_on = &mut |part: f64| watch(knob, share(part));
@@ -249,11 +260,16 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
             Knob::Recurrence => recurrence_sets(&mut ground, goes_on)?,
         };
         let Some(turned) = turned else {
-            return Ok(None);
+            stopped = true;
+            break;
         };
         sets.extend(turned);
     }
+    if stopped && sets.is_empty() {
+        return Ok(None);
+    }
     Ok(Some(CostStudy {
+        stopped,
         scene: plan.scene.name.clone(),
         horizon: ground.horizon,
         exponent,
@@ -269,7 +285,8 @@ fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
     }
 }
 
-/// Result of some work, and the median of the CPU time of all threads over repeated runs, s.
+/// Result of some work, and the median of the CPU time of all threads over repeated runs, s. Where there
+/// are several, one more comes first, which finds the caches cold and is not counted.
 pub(super) fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) {
     let mut times = Vec::new();
     let mut once = || {
@@ -282,6 +299,15 @@ pub(super) fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) 
     for _ in 1..repeats {
         result = once();
     }
+    if repeats > 1 {
+        result = once();
+        times.remove(0);
+    }
     times.sort_by(f64::total_cmp);
-    (result, times[times.len() / 2])
+    let middle = times.len() / 2;
+    let median = match times.len() % 2 {
+        0 => 0.5 * (times[middle - 1] + times[middle]),
+        _ => times[middle],
+    };
+    (result, median)
 }

@@ -11,8 +11,8 @@ use crate::study::response::{From, ResponsePlan, response};
 /// Tells the share of the work that is done, and whether to go on.
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 
-/// Time between the instants compared, s.
-const SPACING: f64 = 20e-6;
+/// Instants compared, evenly over the horizon.
+const INSTANTS: u32 = 200;
 
 /// Error allowed in a step of the reference, and of the other one that tells the reference's own error.
 const REFERENCE: f64 = 1e-12;
@@ -29,9 +29,9 @@ const STEPS: [f64; 6] = [6.4e-6, 3.2e-6, 1.6e-6, 8e-7, 4e-7, 2e-7];
 /// A setting that needs more calls than this is given up.
 const MOST_CALLS: u64 = 3_000_000;
 
-/// Contact nodes tried, and of the reference.
+/// Contact nodes tried, and of the reference and the other one that tells its own error.
 const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
-const NODES_REFERENCE: usize = 4000;
+const NODES_REFERENCES: [usize; 2] = [4000, 2000];
 
 /// Modes tried, the last the reference: bending pairs, torsion modes, axial modes. Of the paper's
 /// frequencies there are no more than these; of our own there are as many as one likes.
@@ -118,8 +118,9 @@ fn follow(
     z[..width].copy_from_slice(state);
     integrator.start(&*system, 0.0, &z)?;
     let mut rows = Vec::new();
-    for k in 1..=(time / SPACING).round().max(1.0) as u32 {
-        integrator.sample(&*system, SPACING * f64::from(k), &mut z)?;
+    for k in 1..=INSTANTS {
+        let instant = time * f64::from(k) / f64::from(INSTANTS);
+        integrator.sample(&*system, instant, &mut z)?;
         rows.push(z[..width].to_vec());
         let calls = integrator.tally().calls;
         if calls > MOST_CALLS {
@@ -325,8 +326,8 @@ pub(super) fn node_sets(
     };
     let all = [settings(families[0].0)?, settings(families[1].0)?];
     let references = [
-        turned(Quadrature::Gauss, NODES_REFERENCE)?,
-        turned(Quadrature::Rings, NODES_REFERENCE)?,
+        turned(Quadrature::Rings, NODES_REFERENCES[0])?,
+        turned(Quadrature::Rings, NODES_REFERENCES[1])?,
     ];
     let (reference, _) = ground.path(&references[0])?;
     let floor = ground.path(&references[1])?.0.error(&reference);
