@@ -12,7 +12,7 @@ pub enum RecordError {
     )]
     NoOutput,
     /// The file cannot be made.
-    #[error("cannot write a recording at {}: {source}; choose a writable folder (an existing file there is untouched)", path.display())]
+    #[error("cannot write a recording at {}: {source}; choose a writable folder that has space (an existing file there is untouched)", path.display())]
     Create {
         /// The recording asked for.
         path: PathBuf,

@@ -68,7 +68,7 @@ pub fn save(
 
 /// Writes into a part file.
 pub fn sink(file: &PartFile) -> Result<RrdFile, RecordError> {
-    RrdFile::create(file.part()).map_err(|error| file.write_error(error.to_string()))
+    RrdFile::create(file.part()).map_err(|source| file.refused(source))
 }
 
 /// Pushes everything out, and learns of faults: logging itself never reports one.

@@ -66,6 +66,16 @@ impl PartFile {
         &self.part
     }
 
+    /// Not even a beginning can be written: takes the empty part away.
+    pub fn refused(&self, source: std::io::Error) -> RecordError {
+        // Whoever asks for the recording is told of the first fault.
+        let _ = std::fs::remove_file(&self.part);
+        RecordError::Create {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
     /// Makes sure that what is being written still has a name: without one it would end with the
     /// program, and nothing that is written would tell.
     ///

@@ -7,6 +7,7 @@
 use std::{
     fmt,
     fs::{File, OpenOptions},
+    io,
     path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
@@ -46,13 +47,17 @@ impl RrdFile {
     ///
     /// # Errors
     /// What the system says.
-    pub fn create(path: &Path) -> Result<Self, EncodeError> {
+    pub fn create(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).open(path)?;
         let encoder = Encoder::new_eager(
             CrateVersion::LOCAL,
             EncodingOptions::PROTOBUF_COMPRESSED,
             file.try_clone()?,
-        )?;
+        )
+        .map_err(|fault| match fault {
+            EncodeError::Write(source) => source,
+            other => io::Error::other(other),
+        })?;
         let whole = file.metadata()?.len();
         let writing = Writing {
             encoder,
