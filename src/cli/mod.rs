@@ -40,9 +40,12 @@ mod sweep;
 pub mod sweep_report;
 mod sweep_view;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use crate::pipeline::panic_message;
 
 use args::{Args, Command, RunArgs};
 
@@ -55,13 +58,23 @@ pub fn main() -> ExitCode {
         // Help and version come this way too, with exit code 0.
         Err(error) => error.exit(),
     };
-    match dispatch(args) {
+    match caught(|| dispatch(args)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             report::print_error(&error);
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Does some work; a panic is an error like any other, with its exit code.
+fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
+    // The program ends after it: nothing is used again that it may have left half done.
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        Err(CliError::Panic {
+            message: panic_message(&*panic),
+        })
+    })
 }
 
 fn dispatch(args: Args) -> Result<(), CliError> {
@@ -80,5 +93,18 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error_with_its_exit_code() {
+        caught(|| Ok(())).expect("done");
+        let fault = caught(|| panic!("lost the ball")).expect_err("a panic");
+        assert_eq!(fault.exit_code(), 1);
+        assert!(fault.to_string().contains("lost the ball"), "{fault}");
     }
 }

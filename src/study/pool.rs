@@ -64,6 +64,7 @@ pub(super) fn work<K: Default, R: Send, E>(
             .map(|thread| {
                 let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
                 scope.spawn(move || {
+                    let _watch = StopOnPanic(stop);
                     let hand = Hand {
                         sender: &sender,
                         stop,
@@ -107,8 +108,21 @@ pub(super) fn work<K: Default, R: Send, E>(
     })
 }
 
+/// Stops all threads when its own panics: what they would do meanwhile is in vain.
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
     use super::*;
 
     #[test]
@@ -160,5 +174,18 @@ mod tests {
             assert!(place != 2, "the third");
         };
         let _ = work(5, 2, job, |_| Ok::<bool, ()>(true));
+    }
+
+    #[test]
+    fn a_panic_in_a_job_stops_the_others() {
+        let begun = AtomicUsize::new(0);
+        let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            assert!(place != 2, "the third");
+            thread::sleep(Duration::from_millis(5));
+        };
+        let all = AssertUnwindSafe(|| work(1000, 2, job, |_| Ok::<bool, ()>(true)));
+        assert!(catch_unwind(all).is_err());
+        assert!(begun.into_inner() < 100);
     }
 }
