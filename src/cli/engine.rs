@@ -3,8 +3,10 @@
 
 use std::io::Cursor;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
@@ -40,6 +42,7 @@ use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::study;
 use crate::study::basins::Attractor;
+use crate::study::growth::Taken;
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
@@ -190,12 +193,19 @@ pub(super) const GROWTH: growth::Tools = growth::Tools {
     draw: |scene, grown| Ok(vec![drawn(growth_figure(scene, grown)?)?]),
 };
 
+/// How often a run in a process of its own is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
 /// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
-fn run_apart(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> {
+fn run_apart(
+    scene: &Scene,
+    duration: f64,
+    goes_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Taken>, Cause> {
     let folder = tempfile::tempdir()?;
     let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
     std::fs::write(&file, &scene.text)?;
-    let done = Command::new(std::env::current_exe()?)
+    let mut running = Command::new(std::env::current_exe()?)
         .arg("run")
         .arg(&file)
         .args(["--duration", &format!("{}", 1e3 * duration)])
@@ -203,13 +213,31 @@ fn run_apart(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> 
         .arg(folder.path().join("run.rrd"))
         .arg("--json")
         .arg(&report)
-        .output()?;
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    // SIGTERM comes to this process alone.
+    while running.try_wait()?.is_none() {
+        if !goes_on() {
+            running.kill()?;
+        }
+        thread::sleep(LOOK_EVERY);
+    }
+    let done = running.wait_with_output()?;
+    // Ctrl-C comes to both: that the run was interrupted, too, is no fault.
+    if !goes_on() {
+        return Ok(None);
+    }
     if !done.status.success() {
         return Err(String::from_utf8_lossy(&done.stderr).trim().into());
     }
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report)?)?;
     let seconds = report["wall_s"].as_f64().ok_or("a run told no time")?;
-    Ok((seconds, report["peak_memory_bytes"].as_u64()))
+    Ok(Some(Taken {
+        seconds,
+        memory: report["peak_memory_bytes"].as_u64(),
+    }))
 }
 
 /// What `squeakscope paper` needs.
