@@ -1,24 +1,11 @@
 //! Disks that fill up and folders that vanish.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
-use super::{ENDLESS, Running, desk, names, run, samples, size, until};
-
-/// A program whose files must not grow beyond a size, as if the disk were full then. Any user may do
-/// that. Unless the signal that goes with it is ignored, as it is here, it kills.
-fn on_a_small_disk(bytes: u64, program: &Command) -> Running {
-    let mut shell = Command::new("sh");
-    let script = format!("trap '' XFSZ; exec prlimit --fsize={bytes} \"$@\"");
-    shell
-        .args(["-c", &script, "sh"])
-        .arg(program.get_program())
-        .args(program.get_args());
-    if let Some(folder) = program.get_current_dir() {
-        shell.current_dir(folder);
-    }
-    Running::start(shell)
-}
+use super::{
+    ENDLESS, Running, desk, names, on_a_small_disk, run, samples, size, squeakscope, until,
+};
 
 #[test]
 fn a_full_disk_ends_the_run_and_keeps_what_is_there() {
@@ -44,6 +31,46 @@ fn a_full_disk_ends_the_run_and_keeps_what_is_there() {
     );
     let kept = samples(&part);
     assert!(kept.values.len() > 1000, "{}", kept.values.len());
+}
+
+/// Where not even a beginning fits, nothing is begun.
+#[test]
+fn a_disk_that_is_full_from_the_start_has_no_part() {
+    let (folder, _) = desk();
+    let program = run(folder.path(), ENDLESS, &["--save", "run.rrd"]);
+    let ended = on_a_small_disk(8, &program).end();
+    ended.said(1, &["cannot write a recording", "run.rrd", "has space"]);
+    assert!(
+        names(folder.path()).is_empty(),
+        "{:?}",
+        names(folder.path())
+    );
+}
+
+/// Words that nobody takes change neither what is done nor the exit code.
+#[test]
+fn a_full_disk_for_words_is_told_by_the_exit_code() {
+    let full = || {
+        let full = std::fs::File::options().write(true).open("/dev/full");
+        full.expect("a device that is full")
+    };
+    let (folder, recording) = desk();
+    let status = |words: &[&str], stdout: Stdio, stderr: Stdio| {
+        let mut command = squeakscope();
+        command.current_dir(folder.path()).args(words);
+        let status = command.stdout(stdout).stderr(stderr).status();
+        status.expect("started").code()
+    };
+    let run = ["run", "torus-3deg", "--duration", "5", "--save", "run.rrd"];
+    // The warning that there are no exponents is not heard.
+    assert_eq!(status(&run, Stdio::null(), full().into()), Some(0));
+    assert!(!samples(&recording).values.is_empty());
+    assert_eq!(status(&run, full().into(), Stdio::null()), Some(1));
+    // Whoever has seen enough, as `| head` has, is no fault.
+    let (_, unread) = std::io::pipe().expect("a pipe");
+    assert_eq!(status(&run, unread.into(), Stdio::null()), Some(0));
+    let absent = ["run", "no-such-scene"];
+    assert_eq!(status(&absent, Stdio::null(), full().into()), Some(2));
 }
 
 /// The arrays wait in files without a name, so that nothing at all must be left.

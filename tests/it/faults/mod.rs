@@ -14,6 +14,7 @@ mod disk;
 mod panics;
 mod signals;
 mod slow;
+mod studies;
 mod viewers;
 
 use std::os::unix::process::CommandExt;
@@ -45,6 +46,21 @@ fn run(folder: &Path, duration_ms: &str, more: &[&str]) -> Command {
     command
 }
 
+/// A program whose files must not grow beyond a size, as if the disk were full then. Any user may do
+/// that. Unless the signal that goes with it is ignored, as it is here, it kills.
+fn on_a_small_disk(bytes: u64, program: &Command) -> Running {
+    let mut shell = Command::new("sh");
+    let script = format!("trap '' XFSZ; exec prlimit --fsize={bytes} \"$@\"");
+    shell
+        .args(["-c", &script, "sh"])
+        .arg(program.get_program())
+        .args(program.get_args());
+    if let Some(folder) = program.get_current_dir() {
+        shell.current_dir(folder);
+    }
+    Running::start(shell)
+}
+
 /// A program that is running, with a process group of its own, and does not outlive its test.
 struct Running {
     child: Child,
@@ -72,13 +88,14 @@ impl Running {
         }
     }
 
-    /// Sends a signal to it and to all that it has started.
+    /// Sends a signal to it and to all that it has started, as a terminal does.
     fn signal(&self, name: &str) {
-        let group = format!("-{}", self.child.id());
-        let sent = Command::new("kill")
-            .args(["-s", name, "--", &group])
-            .status();
-        assert!(sent.expect("kill").success(), "no {name} for {group}");
+        kill(name, &format!("-{}", self.child.id()));
+    }
+
+    /// Sends a signal to it alone.
+    fn signal_alone(&self, name: &str) {
+        kill(name, &self.child.id().to_string());
     }
 
     /// Waits for its end, which must come before the deadline.
@@ -102,6 +119,13 @@ impl Running {
             took,
         }
     }
+}
+
+fn kill(signal: &str, whom: &str) {
+    let sent = Command::new("kill")
+        .args(["-s", signal, "--", whom])
+        .status();
+    assert!(sent.expect("kill").success(), "no {signal} for {whom}");
 }
 
 impl Drop for Running {

@@ -112,53 +112,6 @@ fn ctrl_c_twice_ends_at_once() {
     }
 }
 
-/// Every command that takes long can be interrupted, and says so.
-#[test]
-fn every_long_command_can_be_interrupted() {
-    let commands: [&[&str]; 7] = [
-        &[
-            "lyapunov",
-            "chaos-5deg",
-            "--until",
-            "1000",
-            "--json",
-            "out.json",
-        ],
-        &[
-            "sweep",
-            "torus-3deg",
-            "--tilt",
-            "1:8:0.01",
-            "--json",
-            "out.json",
-        ],
-        &[
-            "basins",
-            "torus-3deg",
-            "--kicks",
-            "1000",
-            "--json",
-            "out.json",
-        ],
-        &["cost", "chaos-5deg"],
-        &["growth", "chaos-5deg"],
-        &["calibrate"],
-        &["paper"],
-    ];
-    for words in commands {
-        let (folder, _) = desk();
-        let mut command = squeakscope();
-        command.current_dir(folder.path()).args(words);
-        let running = Running::start(command);
-        std::thread::sleep(Duration::from_millis(600));
-        running.signal("INT");
-        let sent = Instant::now();
-        let ended = running.end();
-        println!("{}: {:?} after Ctrl-C", words[0], sent.elapsed());
-        ended.said(130, &["interrupted"]);
-    }
-}
-
 /// What is in the part of a run that was killed can be analysed.
 #[test]
 fn a_killed_run_leaves_a_part_that_can_be_analysed() {

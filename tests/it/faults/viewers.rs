@@ -198,6 +198,11 @@ impl Viewer {
     /// Starts one at a port.
     fn start(port: u16, save: &Path) -> Self {
         let program = std::env::var_os("SQUEAKSCOPE_VIEWER").unwrap_or_else(|| "rerun".into());
+        let found = Command::new(&program).arg("--version").output();
+        assert!(
+            found.is_ok_and(|output| output.status.success()),
+            "no Rerun viewer {program:?}: put it on the PATH, or name it by SQUEAKSCOPE_VIEWER"
+        );
         let mut command = Command::new(program);
         command
             .args(["--bind", "127.0.0.1", "--port", &port.to_string(), "--save"])
@@ -340,7 +345,8 @@ fn a_real_viewer_ten_times_too_slow_gets_every_sample() {
         let ended = Running::start(run(folder.path(), "300", &words)).end();
         println!("{rate:.0} bytes/s, then {:?} {more:?}", ended.took);
         ended.said(0, &[]);
-        assert!(!ended.stderr.contains("warning"), "{}", ended.stderr);
+        // That it is waited for may be said, but not that it is given up.
+        assert!(!ended.stderr.contains("closed"), "{}", ended.stderr);
         viewer.close(&seen, 60_000);
         assert_eq!(samples(&seen).values.len(), 60_000);
     }
