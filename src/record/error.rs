@@ -12,7 +12,7 @@ pub enum RecordError {
     )]
     NoOutput,
     /// The file cannot be made.
-    #[error("cannot write a recording at {}: {source}; choose a writable folder that has space (an existing file there is untouched)", path.display())]
+    #[error("cannot write a recording at {}; choose a writable folder that has space (an existing file there is untouched)", path.display())]
     Create {
         /// The recording asked for.
         path: PathBuf,
@@ -30,7 +30,7 @@ pub enum RecordError {
         reason: String,
     },
     /// The file was taken away while it was being written.
-    #[error("the recording for {} is lost: {} was removed or moved while it was being written ({source}); run again into a folder that stays", path.display(), part.display())]
+    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again into a folder that stays", path.display(), part.display())]
     Gone {
         /// The recording asked for.
         path: PathBuf,
@@ -40,7 +40,7 @@ pub enum RecordError {
         source: std::io::Error,
     },
     /// The finished recording cannot take its place.
-    #[error("the recording is whole, but cannot be moved from {} to {}: {source}; move it by hand", part.display(), path.display())]
+    #[error("the recording is whole, but cannot be moved from {} to {}; move it by hand", part.display(), path.display())]
     Rename {
         /// The recording asked for.
         path: PathBuf,

@@ -177,3 +177,24 @@ fn a_folder_that_vanishes_ends_the_run_at_once() {
     gone(&|results| std::fs::remove_dir_all(results).expect("removed"));
     gone(&|results| std::fs::rename(results, results.with_extension("old")).expect("moved"));
 }
+
+/// A folder stands where the recording should: what is whole is kept beside it.
+#[test]
+fn a_place_that_is_taken_meanwhile_does_not_cost_the_recording() {
+    let (folder, recording) = desk();
+    let part = folder.path().join("run.rrd.part");
+    let running = Running::start(run(folder.path(), ENDLESS, &["--save", "run.rrd"]));
+    until("a part", || size(&part) > 100_000);
+    std::fs::create_dir(&recording).expect("made");
+    running.signal("INT");
+    let ended = running.end();
+    ended.said(
+        1,
+        &[
+            "is whole, but cannot be moved",
+            "move it by hand",
+            "Is a directory",
+        ],
+    );
+    assert!(!samples(&part).values.is_empty());
+}
