@@ -5,8 +5,6 @@ use std::io::Cursor;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::thread;
-use std::time::Duration;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
@@ -47,6 +45,7 @@ use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 use crate::study::sweep::{SweepPlan, SweepPoint};
+use crate::study::wait_for;
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
@@ -193,9 +192,6 @@ pub(super) const GROWTH: growth::Tools = growth::Tools {
     draw: |scene, grown| Ok(vec![drawn(growth_figure(scene, grown)?)?]),
 };
 
-/// How often a run in a process of its own is looked at.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
-
 /// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
 fn run_apart(
     scene: &Scene,
@@ -218,12 +214,7 @@ fn run_apart(
         .stderr(Stdio::piped())
         .spawn()?;
     // SIGTERM comes to this process alone.
-    while running.try_wait()?.is_none() {
-        if !goes_on() {
-            running.kill()?;
-        }
-        thread::sleep(LOOK_EVERY);
-    }
+    wait_for(&mut running, goes_on)?;
     let done = running.wait_with_output()?;
     // Ctrl-C comes to both: that the run was interrupted, too, is no fault.
     if !goes_on() {

@@ -1,4 +1,4 @@
-//! The road from simulation to record, and the only threads.
+//! The road from simulation to record, and the threads of a run.
 
 mod along;
 mod analyse;

@@ -130,7 +130,7 @@ impl Shared {
     fn hand_on(&self, viewer: &GrpcSink, message: LogMsg) -> bool {
         LogSink::send(viewer, message);
         let sent = self.sent.fetch_add(1, Ordering::Relaxed);
-        let full = sent % IN_CONNECTION == 0;
+        let full = sent.is_multiple_of(IN_CONNECTION);
         let flushed = !full || LogSink::flush_blocking(viewer, Duration::MAX).is_ok();
         flushed && !hung_up(viewer)
     }

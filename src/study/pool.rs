@@ -1,7 +1,10 @@
-//! Independent jobs on several threads, their results told one by one on the caller's own.
+//! Independent jobs on several threads, their results told one by one on the caller's own; a job in
+//! another process.
 
+use std::io;
 use std::num::NonZero;
 use std::panic::resume_unwind;
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -16,6 +19,20 @@ pub fn threads(asked: Option<NonZero<usize>>) -> usize {
 
 /// How often the caller is asked whether to go on.
 const TICK: Duration = Duration::from_millis(50);
+
+/// Waits for another process, and ends it where `goes_on` says no.
+///
+/// # Errors
+/// What the system says.
+pub fn wait_for(process: &mut Child, goes_on: &mut dyn FnMut() -> bool) -> io::Result<()> {
+    while process.try_wait()?.is_none() {
+        if !goes_on() {
+            process.kill()?;
+        }
+        thread::sleep(TICK);
+    }
+    Ok(())
+}
 
 /// What the caller is told.
 pub(super) enum Event<R> {
