@@ -74,17 +74,24 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         version: VERSION,
         scene: name,
         growth: grown,
-        files: write_figures(&args.out, &figures)?,
+        files: Vec::new(),
     };
-    let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
-    csv.write(|out| out.write_all(report.table().as_bytes()))?;
-    report.files.push(FileReport::of(&csv)?);
-    if let Some(file) = page {
-        let chapter = report.chapter();
-        file.write(|out| out.write_all(chapter.as_bytes()))?;
-        report.files.push(FileReport::of(&file)?);
-    }
+    // What is found is told even where a file cannot be written.
+    let mut write_all = || -> Result<(), CliError> {
+        report.files = write_figures(&args.out, &figures)?;
+        let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
+        csv.write(|out| out.write_all(report.table().as_bytes()))?;
+        report.files.push(FileReport::of(&csv)?);
+        if let Some(file) = &page {
+            let chapter = report.chapter();
+            file.write(|out| out.write_all(chapter.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        Ok(())
+    };
+    let written = write_all();
     report::deliver(&report, json.as_ref())?;
+    written?;
     match whole {
         true => Ok(()),
         false => Err(CliError::Interrupted),

@@ -429,9 +429,8 @@ fn a_viewer_that_goes_away_does_not_cost_the_file() {
     for record in demo::records(0.005) {
         sink.accept(record).unwrap();
     }
-    let error = sink.finish().unwrap_err();
+    sink.finish().unwrap();
     assert!(sink.viewer_lost());
-    assert!(error.to_string().contains("saved whole"), "{error}");
     assert_eq!(
         read(&path, paths::TIMELINE).0[paths::VELOCITY].rows,
         demo::samples(0.005)

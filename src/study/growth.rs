@@ -169,9 +169,19 @@ impl GrowthPlan {
     }
 }
 
-/// Runs a scene for so long (s) with its analyses and its recording, and tells its time by the clock (s) and
-/// the most memory that it held (bytes): best in a process of its own, which holds nothing else.
-pub type Run<'a> = &'a mut dyn FnMut(&Scene, f64) -> Result<(f64, Option<u64>), Cause>;
+/// Runs a scene for so long (s) with its analyses and its recording: best in a process of its own, which
+/// holds nothing else. Asks now and then whether to go on; `None` if it was told to stop.
+pub type Run<'a> =
+    &'a mut dyn FnMut(&Scene, f64, &mut dyn FnMut() -> bool) -> Result<Option<Taken>, Cause>;
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// Time by the clock, s.
+    pub seconds: f64,
+    /// The most memory that it held, bytes; `None` where the system does not tell.
+    pub memory: Option<u64>,
+}
 
 /// Why a run failed.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -501,16 +511,14 @@ fn runs(
 ) -> Result<Option<Vec<Growth>>, CostError> {
     let mut points = Vec::new();
     for (k, &duration) in durations.iter().enumerate() {
-        let done = run(scene, duration);
-        // A run in a process of its own hears Ctrl-C, too: that is no fault.
-        if !goes_on((k + 1) as f64 / durations.len() as f64) {
+        let mut on = || goes_on(k as f64 / durations.len() as f64);
+        let Some(taken) = run(scene, duration, &mut on).map_err(CostError::Run)? else {
             return Ok(None);
-        }
-        let (seconds, memory) = done.map_err(CostError::Run)?;
+        };
         points.push(GrowthPoint {
             value: duration,
-            seconds,
-            memory,
+            seconds: taken.seconds,
+            memory: taken.memory,
         });
     }
     Ok(Some(vec![Growth {

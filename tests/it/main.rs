@@ -9,6 +9,9 @@ mod convergence;
 mod equations;
 mod exponents;
 mod export;
+// Signals, limits and namespaces are those of Linux.
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod faults;
 mod hard_cases;
 mod laws;
 mod layering;
