@@ -189,7 +189,18 @@ pub(super) const COST: cost::Tools = cost::Tools {
 
 /// What `squeakscope scenes --effects` needs.
 pub(super) fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Cause> {
-    Ok(study::effects::effects(scene, watch)?)
+    let folder = tempfile::tempdir()?;
+    let record = &mut |scene: &Scene| {
+        let output = Output {
+            save: Some(folder.path().join("effects.rrd")),
+            ..Output::default()
+        };
+        let header = source(scene)?;
+        let mut sink = RerunSink::new(&output, scene.record)?;
+        drive(header, "", &mut sink, Monitor::default())?;
+        Ok(())
+    };
+    study::effects::effects(scene, record, watch)
 }
 
 /// What `squeakscope growth` needs.

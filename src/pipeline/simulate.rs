@@ -51,9 +51,18 @@ struct Audit {
     by_tilt: f64,
 }
 
-/// Every how many samples something happens that has a rate of its own.
-fn stride(sample_rate: f64, rate: f64) -> u64 {
-    (sample_rate / rate).round().max(1.0) as u64
+/// Every how many samples something happens that has a rate of its own; `None` if it never does.
+fn stride(sample_rate: f64, rate: f64) -> Option<u64> {
+    (rate > 0.0).then(|| (sample_rate / rate).round().max(1.0) as u64)
+}
+
+/// The joint of a model, with the energy audit where the scene takes samples of it.
+fn audited(scene: &Scene, model: &Model) -> Joint {
+    let joint = Joint::new(model);
+    match scene.record.energy_rate > 0.0 {
+        true => joint.with_audit(),
+        false => joint,
+    }
 }
 
 impl Simulation {
@@ -70,7 +79,7 @@ impl Simulation {
         }
         let tilt = tilted.tilt.at(0.0);
         let model = ball.model(tilt)?;
-        let joint = Joint::new(&model).with_audit();
+        let joint = audited(scene, &model);
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let mut integrator = with_tangents(scene, &joint, of_joint(scene, &joint)?)?;
@@ -122,7 +131,10 @@ impl Simulation {
 
     fn joint_info(&self) -> JointInfo {
         let TiltedJoint { spec, tilt } = &self.tilted;
-        let outline = self.ball.outline(OUTLINE.0, OUTLINE.1);
+        let outline = match self.scene.record.body_rate > 0.0 {
+            true => self.ball.outline(OUTLINE.0, OUTLINE.1),
+            false => None,
+        };
         let labels = self.ball.mode_labels();
         let velocity = self.ball.sliding_velocity(self.tilt);
         JointInfo {
@@ -172,7 +184,7 @@ impl Simulation {
             self.integrator.land(&self.joint, time)?;
         }
         let model = self.ball.model(tilt)?;
-        let joint = Joint::new(&model).with_audit();
+        let joint = audited(&self.scene, &model);
         let z = self.integrator.state();
         self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
@@ -246,10 +258,10 @@ impl Source for Simulation {
                 .map(|(a, b)| u64::from((a ^ b).count_ones()))
                 .sum::<u64>();
             std::mem::swap(before, now);
-            if index % patch_every == 0 {
+            if patch_every.is_some_and(|every| index % every == 0) {
                 frame.patch.push(patch_snapshot(&self.joint, time, q, v));
             }
-            if index % energy_every == 0 {
+            if energy_every.is_some_and(|every| index % every == 0) {
                 frame.energy.push(self.energy_sample(time));
             }
             let reached = Reached {

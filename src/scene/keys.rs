@@ -525,12 +525,12 @@ keys! {
     /// Time between results.
     BUTTERFLY_EVERY: Number = "analysis.butterfly.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
 
-    /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here.
-    PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
-    /// Snapshots of the deforming body a millisecond.
-    BODY_RATE: Number = "record.body_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
-    /// Energy samples a millisecond.
-    ENERGY_RATE: Number = "record.energy_rate_khz", Default("10"), number(Kilohertz, Range::Positive(2000.0));
+    /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here; 0 for none.
+    PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Closed(0.0, 2000.0));
+    /// Pictures of the deforming body in three dimensions a millisecond; 0 for none.
+    BODY_RATE: Number = "record.body_rate_khz", Default("2"), number(Kilohertz, Range::Closed(0.0, 2000.0));
+    /// Energy samples a millisecond; 0 for none, and then the work of friction is not followed and not audited.
+    ENERGY_RATE: Number = "record.energy_rate_khz", Default("10"), number(Kilohertz, Range::Closed(0.0, 2000.0));
     /// Factor by which the body's deformation is shown larger than it is.
     EXAGGERATION: Number = "record.exaggeration", Default("2000"), number(One, Range::Closed(1.0, 1e9));
 }

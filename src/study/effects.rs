@@ -13,9 +13,9 @@ use std::sync::Arc;
 use super::cost::timed;
 use crate::dynamics::System;
 use crate::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
-use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
-use crate::scene::{AnalysisSpec, Events, Scene};
+use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 
 /// An effect in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +46,12 @@ pub struct Effects {
     pub call: f64,
 }
 
+/// Why something failed.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Runs a scene with its analyses, and records it where nobody looks.
+pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
+
 /// Is told the share of the work that is done, and answers whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(f64) -> bool;
 
@@ -67,6 +73,7 @@ const STRIBECK: Stribeck = Stribeck {
 };
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
+const USUAL_RATE: f64 = 2e3;
 
 /// An analysis of its own table, and how to take it away.
 struct Analysis {
@@ -105,11 +112,36 @@ const COMPANIONS: [Analysis; 2] = analyses! {
     "butterfly: a second copy", butterfly;
 };
 
+/// What is recorded at a rate of its own.
+struct Picture {
+    name: &'static str,
+    key: &'static str,
+    rate: fn(&mut RecordSpec) -> &mut f64,
+}
+
+const PICTURES: [Picture; 3] = [
+    Picture {
+        name: "contact patch",
+        key: "record.patch_rate_khz",
+        rate: |spec| &mut spec.patch_rate,
+    },
+    Picture {
+        name: "body in three dimensions",
+        key: "record.body_rate_khz",
+        rate: |spec| &mut spec.body_rate,
+    },
+    Picture {
+        name: "energy and its audit",
+        key: "record.energy_rate_khz",
+        rate: |spec| &mut spec.energy_rate,
+    },
+];
+
 /// Keeps nothing.
 struct Nowhere;
 
 impl Sink for Nowhere {
-    fn accept(&mut self, _: Record) -> Result<(), SinkError> {
+    fn accept(&mut self, _: message::Record) -> Result<(), SinkError> {
         Ok(())
     }
 }
@@ -117,9 +149,13 @@ impl Sink for Nowhere {
 /// Measures the effects of a scene. `None` if `watch` says no.
 ///
 /// # Errors
-/// If the scene cannot be simulated or analysed.
-pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, PipelineError> {
-    let steps = 12.0 + (ANALYSES.len() + COMPANIONS.len()) as f64;
+/// If the scene cannot be simulated, analysed or recorded.
+pub fn effects(
+    scene: &Scene,
+    record: Record<'_>,
+    watch: Watch<'_>,
+) -> Result<Option<Effects>, Cause> {
+    let steps = 15.0 + (ANALYSES.len() + COMPANIONS.len()) as f64;
     let mut done = 0.0;
     let mut goes_on = || {
         done += 1.0;
@@ -172,7 +208,7 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
         let (ran, time) = timed(REPEATS, || simulate(other));
         ran?;
         let sign = if on { -1.0 } else { 1.0 };
-        Ok::<_, PipelineError>(Some(sign * (time - simulated) / bare.duration))
+        Ok::<_, Cause>(Some(sign * (time - simulated) / bare.duration))
     };
     effects.push(Effect {
         name: "steps that end at events",
@@ -210,7 +246,7 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
             seconds,
         });
     }
-    let look = |spec: &AnalysisSpec| -> Result<f64, PipelineError> {
+    let look = |spec: &AnalysisSpec| -> Result<f64, Cause> {
         let (ran, time) = timed(REPEATS, || analyse(spec, &header, &frames));
         ran?;
         Ok(time / bare.duration)
@@ -251,6 +287,29 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
             setting: words(on, "on"),
             seconds,
         });
+    }
+    if scene.joint().is_ok() {
+        let (recorded, all) = timed(REPEATS, || record(&bare));
+        recorded?;
+        for kind in PICTURES {
+            if !goes_on() {
+                return Ok(None);
+            }
+            let mut other = bare.clone();
+            let rate = (kind.rate)(&mut other.record);
+            let (khz, on) = (1e-3 * *rate, *rate > 0.0);
+            *rate = if on { 0.0 } else { USUAL_RATE };
+            let (recorded, time) = timed(REPEATS, || record(&other));
+            recorded?;
+            let sign = if on { 1.0 } else { -1.0 };
+            effects.push(Effect {
+                name: kind.name,
+                key: kind.key,
+                on,
+                setting: words(on, &format!("{khz} a ms, with the recording of it")),
+                seconds: Some(sign * (all - time) / bare.duration),
+            });
+        }
     }
     Ok(Some(Effects {
         effects,

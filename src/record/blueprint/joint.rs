@@ -80,6 +80,9 @@ impl Layout {
         joint: &JointInfo,
         spec: RecordSpec,
     ) -> Option<ContainerLike> {
+        if spec.patch_rate == 0.0 {
+            return None;
+        }
         let patch = self.patch(joint);
         let rate = style::short(1e-3 * spec.patch_rate);
         let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
@@ -105,7 +108,7 @@ impl Layout {
         tab("Contact", screen.row())
     }
 
-    pub fn modes_tab(&mut self) -> Option<ContainerLike> {
+    pub fn modes_tab(&mut self, spec: RecordSpec) -> Option<ContainerLike> {
         let window = Some(SERIES_WINDOW);
         let q = self.series(
             "Modal coordinates, √kg µm (last 5 ms)",
@@ -129,8 +132,11 @@ impl Layout {
         );
         let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
         let left = Parts::new().add(1.0, q).add(1.0, qdot).column();
-        let right = Parts::new().add(1.0, energy).add(1.0, audit).column();
-        let screen = Parts::new().add(1.0, left).add(0.3, key).add(1.0, right);
+        let mut screen = Parts::new().add(1.0, left).add(0.3, key);
+        if spec.energy_rate > 0.0 {
+            let right = Parts::new().add(1.0, energy).add(1.0, audit).column();
+            screen = screen.add(1.0, right);
+        }
         tab("Modes", screen.row())
     }
 
@@ -197,12 +203,13 @@ impl Layout {
 
     /// The body from the side, a little from above.
     fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
-        let name = match joint.outline.vertices.is_empty() {
-            true => format!(
+        let name = match (joint.outline.vertices.is_empty(), spec.body_rate > 0.0) {
+            (true, true) => format!(
                 "{}: load and rotation, its surface is not known",
                 joint.body
             ),
-            false => format!(
+            (true, false) => format!("{}: load and rotation", joint.body),
+            (false, _) => format!(
                 "{}, motion drawn {} times larger",
                 joint.body,
                 style::short(spec.exaggeration)
