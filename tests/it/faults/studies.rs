@@ -126,7 +126,7 @@ fn a_disk_that_is_full_at_the_end_of_a_study_is_told_with_what_was_found() {
 /// Points go into a file that has no name any more: hours of them would be lost at the end.
 #[test]
 fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
-    let studies: [(&[&str], &str); 2] = [
+    let studies: [(&[&str], &str, &str); 2] = [
         (
             &[
                 "sweep",
@@ -140,16 +140,25 @@ fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
                 "--out",
                 "results/s.arrow",
             ],
+            "s.arrow",
             "s.arrow` was removed or moved",
         ),
-        (&["calibrate", "--out", "results/c.jsonl"], "writing `"),
+        (
+            &["calibrate", "--out", "results/c.jsonl"],
+            "c.jsonl",
+            "c.jsonl` failed",
+        ),
     ];
-    for (words, told) in studies {
+    for (words, table, told) in studies {
         let (folder, _) = desk();
         let results = folder.path().join("results");
         std::fs::create_dir(&results).expect("made");
         let running = Running::start(study(folder.path(), words));
-        until("a table", || !names(&results).is_empty());
+        let table = results.join(table);
+        until("a table", || size(&table) > 0);
+        // Points come to it now, and it is no longer being put in its place.
+        let begun = size(&table);
+        until("a point", || size(&table) > begun);
         std::fs::remove_dir_all(&results).expect("removed");
         running.end().said(1, &[told, "No such file"]);
     }
