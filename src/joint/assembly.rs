@@ -47,7 +47,8 @@ pub enum AssemblyError {
     },
 }
 
-/// A ball joint whose tilt is still open: modes, Hertz contact and quadrature are fixed.
+/// A ball joint whose tilt is still open: modes and quadrature are fixed. Another load or rotation costs
+/// next to nothing, since neither reaches into the body.
 #[derive(Clone, Debug)]
 pub struct BallJoint {
     spec: JointSpec,
@@ -108,12 +109,7 @@ impl BallJoint {
                 }
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let hertz = Hertz::new(
-            body.geometry.ball_diameter,
-            &body.material,
-            &spec.socket,
-            spec.load,
-        );
+        let hertz = hertz_of(spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
         Ok(Self {
             spec: spec.clone(),
@@ -122,6 +118,17 @@ impl BallJoint {
             hertz,
             points,
         })
+    }
+
+    /// Presses the ball with another load (N, positive): the patch grows and shrinks with it.
+    pub fn set_load(&mut self, load: f64) {
+        self.spec.load = load;
+        self.hertz = hertz_of(&self.spec);
+    }
+
+    /// Turns the ball with another rotation vector, rad/s.
+    pub fn set_rotation(&mut self, rotation: [f64; 3]) {
+        self.spec.rotation = rotation;
     }
 
     /// The parameters.
@@ -248,4 +255,11 @@ impl BallJoint {
     pub fn joint(&self, tilt: f64) -> Result<Joint, AssemblyError> {
         Ok(Joint::new(&self.model(tilt)?))
     }
+}
+
+/// The Hertz contact of a joint.
+fn hertz_of(spec: &JointSpec) -> Hertz {
+    let body = &spec.body;
+    let ball_diameter = body.geometry.ball_diameter;
+    Hertz::new(ball_diameter, &body.material, &spec.socket, spec.load)
 }
