@@ -68,13 +68,20 @@ impl Scene {
                 mu_d: law.mu_d,
             });
         }
-        if let Some(&(last_knot, _)) = joint.tilt.knots().last()
-            && last_knot > self.duration
-        {
-            warnings.push(SceneWarning::ScheduleCutShort {
-                duration: self.duration,
-                last_knot,
-            });
+        let factor = joint.rotation.as_ref().map(|r| &r.factor);
+        for (keys, schedule) in [
+            (&keys::TILT_SCHEDULE, Some(&joint.tilt)),
+            (&keys::LOAD_SCHEDULE, joint.load.as_ref()),
+            (&keys::FACTOR_SCHEDULE, factor),
+        ] {
+            let last = schedule.and_then(Schedule::last_point);
+            if let Some(last) = last.filter(|last| *last > self.duration) {
+                warnings.push(SceneWarning::ScheduleCutShort {
+                    of: keys.word,
+                    duration: self.duration,
+                    last,
+                });
+            }
         }
         let analysis = &self.analysis;
         let starts = [

@@ -1,6 +1,6 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
-use super::tilt::tilt;
+use super::schedule::{self, Table};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BodySpec, Contact, Frequencies, Friction, JointSpec, MOST_MODES, PUBLISHED, Socket, Stribeck,
@@ -8,26 +8,67 @@ use crate::joint::{
 use crate::scene::error::SceneError;
 use crate::scene::file::Document;
 use crate::scene::keys::{self, Law};
-use crate::scene::kind::Numbers;
-use crate::scene::subject::TiltedJoint;
+use crate::scene::kind::{Kind, Numbers};
+use crate::scene::schedule::Schedule;
+use crate::scene::subject::{ScaledRotation, TiltedJoint};
 
 /// The tables that only a joint has.
 pub(super) const TABLES: [&str; 7] = [
     "body", "socket", "load", "rotation", "contact", "friction", "damping",
 ];
 
-pub(super) fn tilted(document: &Document<'_>) -> Result<TiltedJoint, SceneError> {
-    Ok(TiltedJoint {
-        spec: joint(document)?,
-        tilt: tilt(document)?,
-    })
+/// The joint and what acts on it, and the tables that other files hold.
+pub(super) fn tilted(document: &Document<'_>) -> Result<(TiltedJoint, Vec<Table>), SceneError> {
+    let load = schedule::find(document, &keys::LOAD_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::LOAD))?;
+    let mut joint = joint(document, load.schedule.at(0.0))?;
+    let tilt = schedule::find(document, &keys::TILT_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::TILT))?;
+    let factor = schedule::find(document, &keys::FACTOR_SCHEDULE)?;
+    let mut tables: Vec<Table> = [load.table, tilt.table].into_iter().flatten().collect();
+    let mut rotation = None;
+    if let Some(factor) = factor {
+        tables.extend(factor.table);
+        let scaled = scaled(document, joint.rotation, factor.schedule)?;
+        joint.rotation = scaled.at(0.0);
+        rotation = Some(scaled);
+    }
+    let tilted = TiltedJoint {
+        spec: joint,
+        tilt: tilt.schedule,
+        load: load.is_function.then_some(load.schedule),
+        rotation,
+    };
+    Ok((tilted, tables))
 }
 
-fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
+/// A rotation none of whose components is ever larger than one may be.
+fn scaled(
+    document: &Document<'_>,
+    rad_s: [f64; 3],
+    factor: Schedule,
+) -> Result<ScaledRotation, SceneError> {
+    let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.max();
+    if !keys::ROTATION.kind.component.range.contains(largest) {
+        let forms: Vec<&str> = keys::FACTOR_SCHEDULE.forms().collect();
+        return Err(document.inconsistent(
+            keys::ROTATION.path,
+            &forms,
+            format!("with its factor a component would reach {largest} rad/s"),
+            format!(
+                "reduce one of them: {}",
+                keys::ROTATION.kind.component.expected()
+            ),
+        ));
+    }
+    Ok(ScaledRotation { rad_s, factor })
+}
+
+fn joint(document: &Document<'_>, load: f64) -> Result<JointSpec, SceneError> {
     let body = body(document)?;
     Ok(JointSpec {
         socket: socket(document, &body.geometry)?,
-        load: document.get(&keys::LOAD)?,
+        load,
         azimuth: document.get(&keys::AZIMUTH)?,
         rotation: rotation(document)?,
         contact: Contact {

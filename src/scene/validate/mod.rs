@@ -1,9 +1,11 @@
 //! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
 
 mod analysis;
+mod csv;
 mod exponents;
 mod joint;
 mod record;
+mod schedule;
 mod small;
 mod start;
 mod tilt;
@@ -12,6 +14,7 @@ use super::accuracy::Advised;
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
+use super::parameter::with_knots;
 use super::spec::{Integrator, Method, Scene};
 use super::subject::SubjectSpec;
 
@@ -19,7 +22,8 @@ pub(super) use tilt::sliding;
 
 impl Scene {
     /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
-    /// its stem names the scene if the text does not.
+    /// its stem names the scene if the text does not, and files that the scene names are looked for
+    /// in its folder. What they hold takes their place in [`Scene::text`], which needs no file.
     ///
     /// # Errors
     /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
@@ -48,16 +52,26 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
-    let subject = match small::small(document)? {
-        Some(small) => SubjectSpec::Small(small),
-        None => SubjectSpec::Joint(joint::tilted(document)?),
+    let (subject, tables) = match small::small(document)? {
+        Some(small) => (SubjectSpec::Small(small), Vec::new()),
+        None => {
+            let (joint, tables) = joint::tilted(document)?;
+            (SubjectSpec::Joint(joint), tables)
+        }
     };
     let start = start::start(document, &subject)?;
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
         name,
-        text: text.to_owned(),
+        text: tables.iter().try_fold(text.to_owned(), |text, table| {
+            with_knots(
+                &text,
+                table.keys,
+                &table.knots,
+                document.place_of(&[table.keys.csv.path]),
+            )
+        })?,
         start,
         duration: document.get(&keys::DURATION)?,
         sample_rate,
@@ -68,12 +82,10 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         record: record::record(document, sample_rate, &subject)?,
         subject,
     };
-    let motion = [
-        keys::ROTATION.path,
-        keys::AZIMUTH.path,
-        keys::TILT.path,
-        keys::TILT_KNOTS.path,
-    ];
+    let motion: Vec<&str> = [keys::ROTATION.path, keys::AZIMUTH.path]
+        .into_iter()
+        .chain(keys::TILT_SCHEDULE.forms())
+        .collect();
     if let SubjectSpec::Joint(joint) = &scene.subject {
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
