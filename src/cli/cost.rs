@@ -211,7 +211,7 @@ mod tests {
         };
         Ok(Some(CostStudy {
             scene: plan.scene.name.clone(),
-            held_at: None,
+            held: Default::default(),
             horizon: plan.horizon,
             exponent: None,
             stopped: false,

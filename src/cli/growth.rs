@@ -41,6 +41,9 @@ pub(super) fn run(args: &GrowthArgs, tools: &Tools) -> Result<(), CliError> {
 
 fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Ok(joint) = scene.joint() {
+        report::print_held(joint.held_at_first());
+    }
     let name = scene.name.clone();
     let plan = GrowthPlan {
         repeats: args.repeats.into(),

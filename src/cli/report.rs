@@ -16,7 +16,7 @@ use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
 use crate::VERSION;
 use crate::pipeline::message::Summary;
-use crate::scene::{PRESETS, Scene, SceneError, SceneWarning};
+use crate::scene::{Held, PRESETS, Scene, SceneError, SceneWarning};
 use crate::study::growth::peak_memory;
 
 const BAD: Style = AnsiColor::Red.on_default().bold();
@@ -529,6 +529,15 @@ pub fn print_warnings(warnings: &[SceneWarning]) {
 /// Prints a warning to the standard error.
 pub fn print_warning(warning: &str) {
     tell(&format!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}"));
+}
+
+/// Says on the standard error what is held where, though it varies in the scene.
+pub fn print_held(held: Held) {
+    if let Some(words) = held.words() {
+        print_warning(&format!(
+            "the scene changes with time; here it is held at its first values: {words}"
+        ));
+    }
 }
 
 /// Prints an error and what caused it to the standard error, on one line.

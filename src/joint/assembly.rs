@@ -69,7 +69,8 @@ pub enum AssemblyError {
     },
 }
 
-/// A ball joint whose tilt is still open: modes, Hertz contact and quadrature are fixed.
+/// A ball joint whose tilt is still open: modes and quadrature are fixed. Another load or rotation costs
+/// next to nothing, since neither reaches into the body.
 #[derive(Clone, Debug)]
 pub struct BallJoint {
     spec: JointSpec,
@@ -164,12 +165,7 @@ impl BallJoint {
                 }
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let hertz = Hertz::new(
-            body.geometry.ball_diameter,
-            &body.material,
-            &spec.socket,
-            spec.load,
-        );
+        let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
         Ok(Self {
             spec: spec.clone(),
@@ -181,6 +177,22 @@ impl BallJoint {
                 points,
             }),
         })
+    }
+
+    /// Presses the ball with another load (N, positive): the patch grows and shrinks with it, unless it
+    /// comes from a file.
+    pub fn set_load(&mut self, load: f64) {
+        self.spec.load = load;
+        if let (Body::Meshed(meshed), BodySpec::BallOnBeam(body)) =
+            (&mut self.body, &self.spec.body)
+        {
+            meshed.hertz = hertz_of(body, &self.spec);
+        }
+    }
+
+    /// Turns the ball with another rotation vector, rad/s.
+    pub fn set_rotation(&mut self, rotation: [f64; 3]) {
+        self.spec.rotation = rotation;
     }
 
     /// The parameters.
@@ -366,4 +378,10 @@ impl BallJoint {
     pub fn joint(&self, tilt: f64) -> Result<Joint, AssemblyError> {
         Ok(Joint::new(&self.model(tilt)?))
     }
+}
+
+/// The Hertz contact of a joint.
+fn hertz_of(body: &BallOnBeam, spec: &JointSpec) -> Hertz {
+    let ball_diameter = body.geometry.ball_diameter;
+    Hertz::new(ball_diameter, &body.material, &spec.socket, spec.load)
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::{Constant, FrictionLaw, OwnModes, Stribeck};
 use crate::fem::{Elements, Families, Geometry, Material};
 
-/// Everything that Eq. (1) to (8) need, apart from the tilt, which may change with time.
+/// Everything that Eq. (1) to (8) need, apart from the tilt. Load and rotation may change with time as
+/// well: these are the ones at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     /// The vibrating body.

@@ -201,7 +201,10 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
         .with_origins([along.map(|c| -c)])
         .with_colors([style::ROTATION])
         .with_radii([0.8])
-        .with_labels([format!("turns at {} rad/s", style::short(speed))]);
+        .with_labels([format!(
+            "turns at {} rad/s",
+            style::span(joint.rotation_span, |factor| style::short(factor * speed))
+        )]);
     Ok(rec.log_static(paths::ROTATION, &arrow)?)
 }
 

@@ -15,7 +15,7 @@ use crate::dynamics::System;
 use crate::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
-use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
+use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene, TiltedJoint};
 
 /// An effect in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,7 +195,7 @@ pub fn effects(
                 seconds: Some((with - without) * calls),
             });
         }
-        effects.push(varying_tilt(scene, &ball, &model)?);
+        effects.extend(functions_of_time(tilted, scene, &ball)?);
     }
     // Beside the simulation, each by itself.
     let events = scene.integrator.events == Events::Exact;
@@ -525,26 +525,47 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
     all
 }
 
-/// What it takes to make the joint anew at each frame's border.
-fn varying_tilt(scene: &Scene, ball: &BallJoint, model: &Model) -> Result<Effect, PipelineError> {
-    let tilt = &scene.joint()?.tilt;
-    let (made, seconds) = timed(REPEATS, || ball.model(tilt.at(0.0)).map(|m| Joint::new(&m)));
+/// What it takes to make the joint anew at each frame's border, which is where functions of time are looked
+/// at.
+fn functions_of_time(
+    joint: &TiltedJoint,
+    scene: &Scene,
+    ball: &BallJoint,
+) -> Result<Vec<Effect>, PipelineError> {
+    let (made, seconds) = timed(REPEATS, || {
+        ball.model(joint.tilt.at(0.0)).map(|m| Joint::new(&m))
+    });
     made?;
     let frames = scene.sample_rate / scene.frame_samples as f64;
-    let degrees = |x: f64| x.to_degrees();
-    Ok(Effect {
-        name: "tilt as a function of time",
-        key: "load.tilt",
-        on: tilt.varies(),
-        setting: words(
-            tilt.varies(),
-            &format!(
-                "{:.3}° to {:.3}°, {} nodes anew at each frame",
-                degrees(tilt.min()),
-                degrees(tilt.max()),
-                model.nodes()
-            ),
+    let span = |[low, high]: [f64; 2], unit: &str| format!("{low:.4} to {high:.4}{unit}");
+    let degrees = [joint.tilt.min(), joint.tilt.max()].map(f64::to_degrees);
+    let courses = [
+        (
+            "tilt as a function of time",
+            "load.tilt",
+            joint.tilt.varies(),
+            span(degrees, "°"),
         ),
+        (
+            "load as a function of time",
+            "load.load",
+            joint.load.is_some(),
+            span(joint.load_span(), " N"),
+        ),
+        (
+            "rotation as a function of time",
+            "rotation.factor",
+            joint.rotation.is_some(),
+            span(joint.rotation_span(), " times"),
+        ),
+    ];
+    // Together they cost as much as one of them.
+    let all = courses.map(|(name, key, on, setting)| Effect {
+        name,
+        key,
+        on,
+        setting: words(on, &setting),
         seconds: Some(seconds * frames),
-    })
+    });
+    Ok(all.into())
 }

@@ -128,7 +128,7 @@ impl Growth {
 /// What is measured, and at which sizes. Sizes that a scene does not have are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowthPlan {
-    /// The scene, held at its first tilt.
+    /// The scene, held at its first tilt, load and rotation.
     pub scene: Scene,
     /// Runs of each size, 1 or more.
     pub repeats: usize,

@@ -49,8 +49,19 @@ impl Layout {
             lowest.min(0.0),
             highest.max(if lowest < 0.0 { 0.0 } else { 1.0 }),
         );
+        let load = joint.load_varies().then(|| {
+            let view = self.series("Load, N (whole run)", paths::LOAD_NOW, None);
+            self.range(&view, 0.0, 1.15 * joint.largest_load());
+            view
+        });
+        let rotation = joint.rotation_varies().then(|| {
+            let name = "Factor on the rotation (whole run)";
+            let view = self.series(name, paths::ROTATION_FACTOR, None);
+            self.range(&view, 0.0, 1.15 * joint.rotation_span[1]);
+            view
+        });
         self.displacement_range(&displacement, joint);
-        let speed = joint.sliding_speed;
+        let speed = joint.largest_sliding_speed();
         self.range(&velocity, -2e3 * speed, 2e3 * speed);
 
         let left = Parts::new().add(0.42, words).add(0.58, body).column();
@@ -64,6 +75,8 @@ impl Layout {
             .add(1.0, displacement)
             .add(1.0, velocity)
             .add(1.0, tilt)
+            .add(1.0, load)
+            .add(1.0, rotation)
             .row();
         let right = Parts::new()
             .add(0.44, top)
@@ -100,7 +113,7 @@ impl Layout {
             paths::CONTACT_FORCE,
             window,
         );
-        self.range(&force, 0.0, 1.6 * joint.load);
+        self.range(&force, 0.0, 1.6 * joint.largest_load());
         let embedding = self.embedding(header, 3.9);
         let left = Parts::new().add(1.0, patch).add(1.0, embedding).column();
         let right = Parts::new().add(1.0, counts).add(1.0, force).column();
@@ -196,7 +209,8 @@ impl Layout {
     /// sliding speed, its displacement no more than that of the lowest mode so excited.
     pub fn displacement_range(&mut self, view: &ContainerLike, joint: &JointInfo) {
         if let Some(lowest) = joint.modes.first() {
-            let largest = joint.sliding_speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            let largest =
+                joint.largest_sliding_speed() / (std::f64::consts::TAU * lowest.frequency_hz);
             self.range(view, -1e6 * largest, 1e6 * largest);
         }
     }

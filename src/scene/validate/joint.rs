@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::tilt::tilt;
+use super::schedule::{self, Table};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BallOnBeam, BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, JointSpec,
@@ -12,8 +12,9 @@ use crate::joint::{
 use crate::scene::error::{Fault, SceneError};
 use crate::scene::file::Document;
 use crate::scene::keys::{self, DampingLaw, Key, Law, split};
-use crate::scene::kind::{Number, Numbers};
-use crate::scene::subject::TiltedJoint;
+use crate::scene::kind::{Kind, Number, Numbers};
+use crate::scene::schedule::Schedule;
+use crate::scene::subject::{ScaledRotation, TiltedJoint};
 
 /// The tables that only a joint has.
 pub(super) const TABLES: [&str; 8] = [
@@ -27,20 +28,61 @@ pub(super) const TABLES: [&str; 8] = [
     "damping",
 ];
 
-/// The joint of a scene file and its tilt; `known` are modes that need not be read again.
+/// The joint of a scene file and what acts on it, and the tables that other files hold; `known` are modes
+/// that need not be read again.
 pub(super) fn tilted(
     document: &Document<'_>,
     file: &str,
     known: Option<&Arc<OwnModes>>,
-) -> Result<TiltedJoint, SceneError> {
-    Ok(TiltedJoint {
-        spec: joint(document, file, known)?,
-        tilt: tilt(document)?,
-    })
+) -> Result<(TiltedJoint, Vec<Table>), SceneError> {
+    let load = schedule::find(document, &keys::LOAD_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::LOAD))?;
+    let mut joint = joint(document, load.schedule.at(0.0), file, known)?;
+    let tilt = schedule::find(document, &keys::TILT_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::TILT))?;
+    let factor = schedule::find(document, &keys::FACTOR_SCHEDULE)?;
+    let mut tables: Vec<Table> = [load.table, tilt.table].into_iter().flatten().collect();
+    let mut rotation = None;
+    if let Some(factor) = factor {
+        tables.extend(factor.table);
+        let scaled = scaled(document, joint.rotation, factor.schedule)?;
+        joint.rotation = scaled.at(0.0);
+        rotation = Some(scaled);
+    }
+    let tilted = TiltedJoint {
+        spec: joint,
+        tilt: tilt.schedule,
+        load: load.is_function.then_some(load.schedule),
+        rotation,
+    };
+    Ok((tilted, tables))
+}
+
+/// A rotation none of whose components is ever larger than one may be.
+fn scaled(
+    document: &Document<'_>,
+    rad_s: [f64; 3],
+    factor: Schedule,
+) -> Result<ScaledRotation, SceneError> {
+    let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.max();
+    if !keys::ROTATION.kind.component.range.contains(largest) {
+        let forms: Vec<&str> = keys::FACTOR_SCHEDULE.forms().collect();
+        return Err(document.inconsistent(
+            keys::ROTATION.path,
+            &forms,
+            format!("with its factor a component would reach {largest} rad/s"),
+            format!(
+                "reduce one of them: {}",
+                keys::ROTATION.kind.component.expected()
+            ),
+        ));
+    }
+    Ok(ScaledRotation { rad_s, factor })
 }
 
 fn joint(
     document: &Document<'_>,
+    load: f64,
     file: &str,
     known: Option<&Arc<OwnModes>>,
 ) -> Result<JointSpec, SceneError> {
@@ -58,7 +100,7 @@ fn joint(
     };
     Ok(JointSpec {
         socket: socket(document, ball_diameter)?,
-        load: document.get(&keys::LOAD)?,
+        load,
         azimuth: document.get(&keys::AZIMUTH)?,
         rotation: document.get(&keys::ROTATION)?,
         convection: document.get(&keys::CONVECTION)?,

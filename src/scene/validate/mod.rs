@@ -1,9 +1,11 @@
 //! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
 
 mod analysis;
+mod csv;
 mod exponents;
 mod joint;
 mod record;
+mod schedule;
 mod small;
 mod start;
 mod tilt;
@@ -14,6 +16,7 @@ use super::accuracy::Advised;
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
+use super::parameter::with_knots;
 use super::spec::{Integrator, Method, Scene};
 use super::subject::SubjectSpec;
 use crate::joint::OwnModes;
@@ -22,8 +25,8 @@ pub(super) use tilt::{patch_stays, sliding};
 
 impl Scene {
     /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
-    /// its stem names the scene if the text does not, and a file of modes that the text names is
-    /// looked for beside it.
+    /// its stem names the scene if the text does not, and files that the scene names are looked for
+    /// in its folder. What tables of such a file hold takes their place in [`Scene::text`].
     ///
     /// # Errors
     /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
@@ -66,16 +69,26 @@ fn build(
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
-    let subject = match small::small(document)? {
-        Some(small) => SubjectSpec::Small(small),
-        None => SubjectSpec::Joint(joint::tilted(document, file, known)?),
+    let (subject, tables) = match small::small(document)? {
+        Some(small) => (SubjectSpec::Small(small), Vec::new()),
+        None => {
+            let (joint, tables) = joint::tilted(document, file, known)?;
+            (SubjectSpec::Joint(joint), tables)
+        }
     };
     let start = start::start(document, &subject)?;
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
         name,
-        text: text.to_owned(),
+        text: tables.iter().try_fold(text.to_owned(), |text, table| {
+            with_knots(
+                &text,
+                table.keys,
+                &table.knots,
+                document.place_of(&[table.keys.csv.path]),
+            )
+        })?,
         start,
         duration: document.get(&keys::DURATION)?,
         sample_rate,
@@ -86,21 +99,17 @@ fn build(
         record: record::record(document, sample_rate, &subject)?,
         subject,
     };
-    let motion = [
-        keys::ROTATION.path,
-        keys::AZIMUTH.path,
-        keys::TILT.path,
-        keys::TILT_KNOTS.path,
-    ];
-    let load = [
-        keys::MODES.path,
-        keys::LOAD.path,
-        keys::AZIMUTH.path,
-        keys::TILT.path,
-        keys::TILT_KNOTS.path,
-    ];
+    let motion: Vec<&str> = [keys::ROTATION.path, keys::AZIMUTH.path]
+        .into_iter()
+        .chain(keys::TILT_SCHEDULE.forms())
+        .collect();
+    let load: Vec<&str> = [keys::MODES.path, keys::AZIMUTH.path]
+        .into_iter()
+        .chain(keys::LOAD_SCHEDULE.forms())
+        .chain(keys::TILT_SCHEDULE.forms())
+        .collect();
     if let SubjectSpec::Joint(joint) = &scene.subject {
-        patch_stays(&joint.spec, &joint.tilt, || document.place_of(&load))?;
+        patch_stays(joint, || document.place_of(&load))?;
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
     Ok(scene)
