@@ -14,6 +14,7 @@ mod layering;
 mod lyapunov;
 mod pipeline;
 mod scenes;
+mod schedules;
 #[cfg(feature = "cli")]
 mod small;
 mod stability;
