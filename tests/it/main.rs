@@ -20,6 +20,7 @@ mod lyapunov;
 mod own_modes;
 mod pipeline;
 mod scenes;
+mod schedules;
 #[cfg(feature = "cli")]
 mod small;
 mod stability;
