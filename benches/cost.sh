@@ -30,8 +30,9 @@ Each knob of a scene is turned with all others at their reference, and the error
 calls of the right-hand side; `squeakscope cost SCENE` does it for any scene, draws it, records it for the
 viewer (`cost.rrd`: a tab a knob), and ends in advice, which `--write` puts into the scene and
 `--accuracy 1e-4` takes. Errors of the state are the largest within
-the time given, in the norm of the vibration's energy, relative to its size. This page is made by
-`benches/cost.sh`.
+the time given, in the norm of the vibration's energy, relative to its size. A cell has the error, the CPU
+time and, where there are any, the calls; the integrators of all scenes and the other knobs of `torus-3deg`
+are drawn below. This page is made by `benches/cost.sh`.
 
 PAGE
     echo "Times are of ${machine:-an unknown processor}, one core."
@@ -50,7 +51,7 @@ PAGE
     echo '# Drawn'
 } > src/guide/cost.md
 # A figure in a line of its own, as HTML wants it within Markdown.
-for figure in "${scenes[@]/%//cost-integrator.svg}" growth/growth.svg; do
+for figure in "${scenes[@]/%//cost-integrator.svg}" torus-3deg/cost-{invariants,events,nodes,modes,elements,exponents,recurrence}.svg growth/growth.svg; do
     echo "<div>$(tr '\n' ' ' < "$work/$figure" |
         sed 's/<svg width="[0-9]*" height="[0-9]*"/<svg width="100%"/')</div>"
     echo

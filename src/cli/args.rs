@@ -67,7 +67,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
     pub accuracy: Option<f64>,
     /// Save the recording [default: squeak.rrd, if no other output is asked for].
     #[arg(long, value_name = "FILE")]
@@ -346,7 +346,7 @@ pub struct PaperArgs {
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
     /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
     pub accuracy: Option<f64>,
     /// Threads [default: as many as there are cores].
     #[arg(long, value_name = "N")]
@@ -410,7 +410,7 @@ pub struct CostArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
     /// The longest time over which trajectories are compared; chaos shortens it [default: 4, without a joint 50].
-    #[arg(long, value_name = "MS", value_parser = compared)]
+    #[arg(long, value_name = "MS", value_parser = compared, allow_negative_numbers = true)]
     pub horizon: Option<f64>,
     /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
     #[arg(long, value_name = "DIR", default_value = "cost")]

@@ -6,22 +6,17 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anstyle::Style;
-use serde::Serialize;
-
 use super::args::CostArgs;
+use super::cost_report::CostReport;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
-use super::report::{self, FileReport, Report, list_files};
+use super::report::{self, FileReport};
 use super::run::command_line;
 use super::sweep::{Drawn, write_figures};
-use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
-
-const NAME: Style = Style::new().bold();
 
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
@@ -106,7 +101,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
         return Err(CliError::NothingYet);
     };
     let advised = advice(&study.sets);
-    let mut report = CostReport::new(&study, advised.clone());
+    let mut report = CostReport::new(&study, &advised);
     // What is found is told even where a file cannot be written.
     let mut write_all = || -> Result<(), CliError> {
         let drawn = (tools.draw)(&study).map_err(failed("drawing"))?;
@@ -158,7 +153,8 @@ fn settings(advised: &[Advice]) -> Vec<(f64, &str, f64)> {
 /// All points, a line each (CSV).
 fn table(sets: &[CostSet]) -> String {
     let mut text =
-        "knob,family,turned,value,cpu_ms,calls,error,error_is,reference_error,failed\n".to_owned();
+        "knob,family,turned,value,cpu_ms,calls,error,error_is,reference_error,detail,failed\n"
+            .to_owned();
     for set in sets {
         for point in &set.points {
             let (error, failed) = match &point.error {
@@ -171,7 +167,7 @@ fn table(sets: &[CostSet]) -> String {
                 .unwrap_or_default();
             let _ = writeln!(
                 text,
-                "{},{},\"{}\",{:e},{:.6},{},{error},\"{}\",{floor},\"{failed}\"",
+                "{},{},\"{}\",{:e},{:.6},{},{error},\"{}\",{floor},\"{}\",\"{failed}\"",
                 set.knob.name(),
                 set.family,
                 set.turned,
@@ -179,236 +175,11 @@ fn table(sets: &[CostSet]) -> String {
                 1e3 * point.seconds,
                 point.calls,
                 set.knob.error(),
+                point.detail,
             );
         }
     }
     text
-}
-
-/// Result of `squeakscope cost`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CostReport {
-    /// Version of the program.
-    pub version: &'static str,
-    /// Name of the scene.
-    pub scene: String,
-    /// Time over which trajectories are compared, ms.
-    pub horizon_ms: f64,
-    /// The largest Lyapunov exponent, 1/s; `null` if it is not known.
-    pub exponent_per_s: Option<f64>,
-    /// The sets.
-    pub sets: Vec<SetReport>,
-    /// The cheapest setting of the integrator for each error.
-    pub advice: Vec<Advice>,
-    /// Whether Ctrl-C ended the study: then knobs are missing.
-    pub stopped: bool,
-    /// Files written.
-    pub files: Vec<FileReport>,
-}
-
-/// A knob turned through a family of settings.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SetReport {
-    /// The knob.
-    pub knob: &'static str,
-    /// The family.
-    pub family: String,
-    /// What is turned.
-    pub turned: &'static str,
-    /// What the error is.
-    pub error_is: &'static str,
-    /// The reference's own error.
-    pub reference_error: Option<f64>,
-    /// The points.
-    pub points: Vec<PointReport>,
-}
-
-/// One setting.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PointReport {
-    /// The setting.
-    pub value: f64,
-    /// CPU time, ms.
-    pub cpu_ms: f64,
-    /// Calls of the right-hand side.
-    pub calls: u64,
-    /// Its error; `null` where it failed.
-    pub error: Option<f64>,
-    /// Why it failed.
-    pub failed: Option<String>,
-}
-
-impl CostReport {
-    fn new(study: &CostStudy, advice: Vec<Advice>) -> Self {
-        let sets = study.sets.iter().map(|set| SetReport {
-            knob: set.knob.name(),
-            family: set.family.clone(),
-            turned: set.turned,
-            error_is: set.knob.error(),
-            reference_error: set.floor,
-            points: set
-                .points
-                .iter()
-                .map(|point| PointReport {
-                    value: point.value,
-                    cpu_ms: 1e3 * point.seconds,
-                    calls: point.calls,
-                    error: point.error.as_ref().ok().copied(),
-                    failed: point.error.as_ref().err().cloned(),
-                })
-                .collect(),
-        });
-        Self {
-            version: VERSION,
-            scene: study.scene.clone(),
-            horizon_ms: 1e3 * study.horizon,
-            exponent_per_s: study.exponent.map(|exponent| exponent.value),
-            sets: sets.collect(),
-            advice,
-            stopped: study.stopped,
-            files: Vec::new(),
-        }
-    }
-}
-
-impl CostReport {
-    /// The sets as a chapter of a page: a table a knob, a column a family.
-    fn chapter(&self) -> String {
-        let mut text = format!(
-            "## {}\n\nTrajectories over {:.3} ms from the settled motion",
-            self.scene, self.horizon_ms
-        );
-        if let Some(exponent) = self.exponent_per_s {
-            let _ = write!(text, ", whose largest exponent is {exponent:.1} 1/s");
-        }
-        text.push_str(".\n\n");
-        if !self.advice.is_empty() {
-            text.push_str(
-                "| for an error of | the cheapest setting | CPU ms | calls | its error |\n|---|---|---|---|---|\n",
-            );
-            for advice in &self.advice {
-                let _ = writeln!(
-                    text,
-                    "| {:.0e} | `{}` at {} | {:.2} | {} | {:.1e} |",
-                    advice.target,
-                    advice.method,
-                    short(advice.value),
-                    1e3 * advice.seconds,
-                    advice.calls,
-                    advice.error
-                );
-            }
-            text.push('\n');
-        }
-        let mut knobs: Vec<&str> = self.sets.iter().map(|set| set.knob).collect();
-        knobs.dedup();
-        for knob in knobs {
-            let sets: Vec<&SetReport> = self.sets.iter().filter(|set| set.knob == knob).collect();
-            let floor = sets
-                .iter()
-                .filter_map(|set| set.reference_error)
-                .reduce(f64::max);
-            let floor = floor.map(|floor| format!("; the reference's own {floor:.1e}"));
-            let _ = writeln!(
-                text,
-                "**{knob}**: {}{}, after CPU ms (calls)\n",
-                sets[0].error_is,
-                floor.unwrap_or_default()
-            );
-            for set in sets {
-                let _ = writeln!(text, "* {}, by {}: {}", set.family, set.turned, set.line());
-            }
-            text.push('\n');
-        }
-        text
-    }
-}
-
-impl SetReport {
-    /// The points in one line.
-    fn line(&self) -> String {
-        let points = self.points.iter().map(|point| {
-            let calls = match point.calls {
-                0 => String::new(),
-                calls => format!(" ({calls})"),
-            };
-            let error = match point.error {
-                Some(error) => format!("{error:.1e}"),
-                None => "failed".to_owned(),
-            };
-            format!(
-                "{}: {error} after {:.2}{calls}",
-                short(point.value),
-                point.cpu_ms
-            )
-        });
-        points.collect::<Vec<_>>().join("; ")
-    }
-}
-
-impl Report for CostReport {
-    fn text(&self) -> String {
-        let mut text = format!(
-            "{NAME}{}{NAME:#}: trajectories over {:.3} ms",
-            self.scene, self.horizon_ms
-        );
-        if let Some(exponent) = self.exponent_per_s {
-            let _ = write!(text, ", largest exponent {exponent:.1} 1/s");
-        }
-        text.push('\n');
-        for set in &self.sets {
-            let _ = write!(text, "{NAME}{}{NAME:#}: {}", set.knob, set.family);
-            if let Some(floor) = set.reference_error {
-                let _ = write!(text, " (the reference's own error {floor:.1e})");
-            }
-            let _ = writeln!(
-                text,
-                "\n  {:>12}  {:>10}  {:>10}  {}",
-                set.turned, "CPU ms", "calls", set.error_is
-            );
-            for point in &set.points {
-                let error = match (point.error, &point.failed) {
-                    (Some(error), _) => format!("{error:.2e}"),
-                    (None, why) => format!("failed: {}", why.as_deref().unwrap_or("")),
-                };
-                let _ = writeln!(
-                    text,
-                    "  {:>12}  {:>10.3}  {:>10}  {error}",
-                    short(point.value),
-                    point.cpu_ms,
-                    point.calls
-                );
-            }
-        }
-        if !self.advice.is_empty() {
-            let _ = writeln!(
-                text,
-                "{NAME}the cheapest setting of the integrator{NAME:#}, for an error of its own: that of nodes, modes and elements comes on top"
-            );
-            for advice in &self.advice {
-                let _ = writeln!(
-                    text,
-                    "  for an error of {:.0e}: {} at {}, {:.3} ms of CPU, {} calls, error {:.1e}",
-                    advice.target,
-                    advice.method,
-                    short(advice.value),
-                    1e3 * advice.seconds,
-                    advice.calls,
-                    advice.error
-                );
-            }
-        }
-        list_files(&mut text, &self.files);
-        text
-    }
-}
-
-/// A setting as people write it.
-fn short(value: f64) -> String {
-    match value {
-        value if (1e-2..1e6).contains(&value) => format!("{value}"),
-        value => format!("{value:.1e}"),
-    }
 }
 
 #[cfg(test)]
@@ -422,6 +193,7 @@ mod tests {
             seconds,
             calls: (1e6 * seconds).round() as u64,
             error,
+            detail: String::new(),
         }
     }
 
@@ -439,6 +211,7 @@ mod tests {
         };
         Ok(Some(CostStudy {
             scene: plan.scene.name.clone(),
+            held_at: None,
             horizon: plan.horizon,
             exponent: None,
             stopped: false,
@@ -496,10 +269,9 @@ mod tests {
             .map(|a| a["target"].as_f64().unwrap())
             .collect();
         assert_eq!(targets, [1e-2, 1e-3, 1e-4, 1e-6]);
-        assert_eq!(advice[0]["cpu_ms"], serde_json::Value::Null);
         assert_eq!(
-            (&advice[0]["seconds"], &advice[3]["seconds"]),
-            (&1e-3.into(), &2e-3.into())
+            (&advice[0]["cpu_ms"], &advice[3]["cpu_ms"]),
+            (&1.0.into(), &2.0.into())
         );
         assert_eq!(
             json["sets"][1]["points"][0]["error"],
@@ -521,7 +293,7 @@ mod tests {
             "{page}"
         );
         assert!(
-            page.contains("* dop853, by tolerance: 1.0e-4: failed after 0.50 (500)"),
+            page.contains("| 1.0e-4 | failed · 0.50 ms · 500 |"),
             "{page}"
         );
         let mine = folder.path().join("mine.toml");

@@ -24,6 +24,7 @@ pub(super) fn cost_view(plan: &CostPlan, study: &CostStudy, command: &str) -> Co
         title: plan.scene.title.clone(),
         scene_text: plan.scene.text.clone(),
         command: command.to_owned(),
+        held_at: study.held_at,
         horizon: study.horizon,
         knobs: knobs.collect(),
     }
@@ -35,6 +36,7 @@ fn family_view(set: &CostSet) -> FamilyView {
         seconds: point.seconds,
         calls: point.calls,
         error: point.error.clone(),
+        detail: point.detail.clone(),
     });
     FamilyView {
         name: set.family.clone(),
@@ -73,18 +75,19 @@ fn about(knob: Knob) -> &'static str {
             "Family and number of the contact nodes, by the trajectory, beside a reference with 4000 of them."
         }
         Knob::Modes => {
-            "How many natural modes the body has, by the probe's velocity, beside the largest set of modes."
+            "How many natural modes the body has, from the lowest up, by what the vibration settles to, beside \
+             that with all modes: eleven of the paper's frequencies, or many of the finite elements' own."
         }
         Knob::Elements => {
             "Size of the finite elements, by the natural frequencies, beside those of a finer mesh."
         }
         Knob::Exponents => {
             "How long the growth of tangent vectors is averaged, by half of the 95 % interval of the \
-             largest Lyapunov exponent."
+             largest Lyapunov exponent. The reference is four times as long as the longest."
         }
         Knob::Recurrence => {
-            "How many states are compared and what counts as near, by the determinism, beside that of the \
-             longest series."
+            "How many states are compared and what counts as near, by the determinism, beside that of a \
+             longer series."
         }
     }
 }
@@ -108,10 +111,12 @@ mod tests {
                 seconds: 1e-3,
                 calls: 1000,
                 error,
+                detail: String::new(),
             }],
         };
         let study = CostStudy {
             scene: "torus-3deg".to_owned(),
+            held_at: None,
             horizon: 4e-3,
             exponent: None,
             stopped: false,

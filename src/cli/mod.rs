@@ -17,6 +17,7 @@ pub mod args;
 pub mod basins;
 pub mod calibrate;
 pub mod cost;
+mod cost_report;
 mod cost_view;
 mod engine;
 mod error;

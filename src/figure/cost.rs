@@ -35,7 +35,7 @@ fn figure(study: &CostStudy, knob: Knob, sets: &[&CostSet]) -> Result<Figure, Fi
         row.push(panel("calls of the right-hand side", knob, sets, calls));
     }
     let title = match knob {
-        Knob::Integrator | Knob::Events | Knob::Nodes | Knob::Modes => format!(
+        Knob::Integrator | Knob::Events | Knob::Nodes => format!(
             "{} — {}, over {:.3} ms",
             study.scene,
             knob.name(),
@@ -68,6 +68,7 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
             words: "the reference's own error".to_owned(),
         });
     }
+    let mut dots = Vec::new();
     for (set, color) in sets.iter().zip(FAMILIES.into_iter().cycle()) {
         if let (false, Some(floor)) = (one_floor, set.floor) {
             marks.push(Mark::Wire {
@@ -85,13 +86,15 @@ fn panel(work_name: &str, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
             color,
             label: set.family.clone(),
         });
-        marks.push(Mark::Dots {
+        dots.push(Mark::Dots {
             points: curve,
-            radius: 3.0,
+            // Where families agree (`auto` and what it chooses), each still shows as a ring.
+            radius: 3.0 + 0.4 * dots.len() as f64,
             color,
             label: String::new(),
         });
     }
+    marks.extend(dots.into_iter().rev());
     // Failures have a work, but it is that of failing: they stand at the edge, a row a family.
     let failures = sets.iter().filter_map(|set| {
         let failed = |point: &&CostPoint| point.error.is_err();
@@ -142,9 +145,11 @@ mod tests {
             seconds,
             calls: (1e6 * seconds) as u64,
             error,
+            detail: String::new(),
         };
         let study = CostStudy {
             scene: "test".to_owned(),
+            held_at: None,
             horizon: 4e-3,
             exponent: None,
             stopped: false,

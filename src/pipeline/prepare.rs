@@ -24,6 +24,16 @@ pub struct Prepared {
     pub state: Vec<f64>,
 }
 
+impl Prepared {
+    /// The same, to start from the state `[q | dq/dt]` that another run has come to.
+    #[must_use]
+    pub fn starting_from(mut self, state: &[f64]) -> Self {
+        self.state.fill(0.0);
+        self.state[..state.len()].copy_from_slice(state);
+        self
+    }
+}
+
 /// The system of a scene, its integrator and its initial state.
 ///
 /// # Errors

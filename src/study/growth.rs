@@ -260,23 +260,33 @@ struct Meter {
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 impl Meter {
-    /// The CPU time of some work, as a point.
-    fn point<T>(&self, value: f64, share: f64, mut work: impl FnMut() -> T) -> (GrowthPoint, T) {
-        let (result, seconds) = timed(self.repeats, &mut work);
+    /// The CPU time of some work, as a point. `None` if it was told to stop.
+    fn point<T>(
+        &self,
+        value: f64,
+        share: f64,
+        goes_on: &mut dyn FnMut() -> bool,
+        mut work: impl FnMut() -> T,
+    ) -> Option<(GrowthPoint, T)> {
+        let mut goes = true;
+        let (result, seconds) = timed(self.repeats, || {
+            goes = goes && goes_on();
+            goes.then(&mut work)
+        });
         let point = GrowthPoint {
             value,
             seconds: seconds * share,
             memory: None,
         };
-        (point, result)
+        Some((point, result?))
     }
 
-    /// A scene made ready, and the state that it has settled to.
+    /// A scene made ready in the state that it settles to.
     fn settled(
         &mut self,
         scene: &Scene,
-        goes_on: GoesOn<'_>,
-    ) -> Result<Option<(Prepared, Vec<f64>)>, CostError> {
+        goes_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Prepared>, CostError> {
         let look = ResponsePlan {
             exponents: 0,
             portrait: false,
@@ -284,14 +294,12 @@ impl Meter {
             measure: 0.01,
             ..ResponsePlan::default()
         };
-        let on = &mut |_| goes_on(0.0);
+        let on = &mut |_| goes_on();
         let Some(settled) = response(scene, From::Cold, &look, &mut self.ball, on)? else {
             return Ok(None);
         };
         let prepared = prepare_on(scene, &mut self.ball)?;
-        let mut state = vec![0.0; prepared.state.len()];
-        state[..settled.state.len()].copy_from_slice(&settled.state);
-        Ok(Some((prepared, state)))
+        Ok(Some(prepared.starting_from(&settled.state)))
     }
 
     /// Sizes of the system itself: what a call costs, and a millisecond.
@@ -308,14 +316,13 @@ impl Meter {
             points: Vec::new(),
         });
         for (k, setting) in settings.iter().enumerate() {
-            if !goes_on(k as f64 / settings.len() as f64) {
-                return Ok(None);
-            }
+            let mut on = || goes_on(k as f64 / settings.len() as f64);
             let scene = with(setting)?;
-            let Some((prepared, state)) = self.settled(&scene, &mut *goes_on)? else {
+            let Some(prepared) = self.settled(&scene, &mut on)? else {
                 return Ok(None);
             };
-            let (system, mut integrator) = (prepared.system, prepared.integrator);
+            let (system, state) = (prepared.system, prepared.state);
+            let mut integrator = prepared.integrator;
             let nodes = scene.joint()?.spec.contact.nodes;
             let value = match size {
                 Size::Nodes => nodes,
@@ -323,17 +330,23 @@ impl Meter {
             } as f64;
             let calls = (CALLS / (nodes * system.modes())).max(10);
             let mut force = vec![0.0; system.dim() - system.modes()];
-            let (point, ()) = self.point(value, 1.0 / calls as f64, || {
+            let timed = self.point(value, 1.0 / calls as f64, &mut on, || {
                 for _ in 0..calls {
                     system.force(0.0, std::hint::black_box(&state), &mut force);
                     std::hint::black_box(&mut force);
                 }
             });
+            let Some((point, ())) = timed else {
+                return Ok(None);
+            };
             call.points.push(point);
-            let (point, done) = self.point(value, 1e-3 / TIMED, || {
+            let timed = self.point(value, 1e-3 / TIMED, &mut on, || {
                 integrator.start(&*system, 0.0, &state)?;
                 integrator.land(&*system, TIMED)
             });
+            let Some((point, done)) = timed else {
+                return Ok(None);
+            };
             done?;
             vibration.points.push(point);
         }
@@ -348,13 +361,11 @@ impl Meter {
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let mut points = Vec::new();
         for (k, &count) in counts.iter().enumerate() {
-            if !goes_on(k as f64 / counts.len() as f64) {
-                return Ok(None);
-            }
-            let Some((prepared, state)) = self.settled(scene, &mut *goes_on)? else {
+            let mut on = || goes_on(k as f64 / counts.len() as f64);
+            let Some(prepared) = self.settled(scene, &mut on)? else {
                 return Ok(None);
             };
-            let (system, state) = (&*prepared.system, &state);
+            let (system, state) = (&*prepared.system, &prepared.state);
             if count > system.tangent_dim() {
                 break;
             }
@@ -362,10 +373,13 @@ impl Meter {
                 prepared
                     .integrator
                     .with_tangents(system, count, scene.start.seed)?;
-            let (point, done) = self.point(count as f64, 1e-3 / TIMED, || {
+            let timed = self.point(count as f64, 1e-3 / TIMED, &mut on, || {
                 integrator.start(system, 0.0, state)?;
                 integrator.land(system, TIMED)
             });
+            let Some((point, done)) = timed else {
+                return Ok(None);
+            };
             done?;
             points.push(point);
         }
@@ -384,14 +398,14 @@ impl Meter {
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let longest = states.iter().copied().max().unwrap_or(0);
         let count = |states| DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
-        let Some((prepared, mut z)) = self.settled(scene, &mut *goes_on)? else {
+        let Some(prepared) = self.settled(scene, &mut || goes_on(0.0))? else {
             return Ok(None);
         };
         let Prepared {
             system,
             probe,
             mut integrator,
-            ..
+            state: mut z,
         } = prepared;
         integrator.start(&*system, 0.0, &z)?;
         let step = section_lag(scene) / SAMPLES_A_LAG as f64;
@@ -410,12 +424,13 @@ impl Meter {
         };
         let mut points = Vec::new();
         for (k, &size) in states.iter().enumerate() {
-            if !goes_on(0.3 + 0.7 * k as f64 / states.len() as f64) {
-                return Ok(None);
-            }
+            let mut on = || goes_on(0.3 + 0.7 * k as f64 / states.len() as f64);
             let vectors = DelayVectors::new(&samples[..count(size)], SAMPLES_A_LAG, DIMENSION)?;
             forget_peak_memory();
-            let (mut point, counted) = self.point(size as f64, 1.0, || quantify(&vectors, &rule));
+            let timed = self.point(size as f64, 1.0, &mut on, || quantify(&vectors, &rule));
+            let Some((mut point, counted)) = timed else {
+                return Ok(None);
+            };
             counted?;
             point.memory = peak_memory();
             points.push(point);

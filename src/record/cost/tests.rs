@@ -9,6 +9,7 @@ fn setting(value: f64, calls: u64, error: Result<f64, &str>) -> SettingView {
         seconds: 1e-3 * value.log10().abs(),
         calls,
         error: error.map_err(str::to_owned),
+        detail: String::new(),
     }
 }
 
@@ -35,6 +36,7 @@ fn cost() -> CostView {
         title: "A test".to_owned(),
         scene_text: "duration_ms = 1".to_owned(),
         command: "squeakscope cost test".to_owned(),
+        held_at: None,
         horizon: 4e-3,
         knobs: vec![
             KnobView {

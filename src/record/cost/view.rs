@@ -11,6 +11,8 @@ pub struct CostView {
     pub scene_text: String,
     /// How the program was started.
     pub command: String,
+    /// The tilt at which the scene was held, rad, where its own varies.
+    pub held_at: Option<f64>,
     /// Time over which trajectories are compared, s.
     pub horizon: f64,
     /// The knobs that were turned.
@@ -56,6 +58,8 @@ pub struct SettingView {
     pub calls: u64,
     /// Its error, or why there is none.
     pub error: Result<f64, String>,
+    /// What its value does not tell; empty where that is nothing.
+    pub detail: String,
 }
 
 /// The cheapest setting for an error.

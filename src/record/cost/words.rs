@@ -95,6 +95,9 @@ pub fn point(family: &FamilyView, point: &SettingView) -> String {
     if let Err(why) = &point.error {
         let _ = write!(text, "; {why}");
     }
+    if !point.detail.is_empty() {
+        let _ = write!(text, "; {}", point.detail);
+    }
     text
 }
 
@@ -133,12 +136,14 @@ pub fn knob(cost: &CostView, knob: &KnobView) -> String {
                 0 => "–".to_owned(),
                 calls => calls.to_string(),
             };
+            let comma = if point.detail.is_empty() { "" } else { ", " };
             let _ = writeln!(
                 text,
-                "| {} | {} | {calls} | {} |",
+                "| {} | {} | {calls} | {}{comma}{} |",
                 plain(point.value),
                 milliseconds(point),
-                error(point)
+                error(point),
+                point.detail
             );
         }
         text.push('\n');
@@ -189,12 +194,16 @@ pub fn about(cost: &CostView) -> String {
          Each knob is turned with all others at their reference, and the error is set against the work: CPU \
          time (the median of repeated runs, all threads together) and calls of the right-hand side, which \
          are free of noise. Trajectories start in the settled motion and are compared over {horizon}: in \
-         chaos no longer than an error takes to grow by a factor of e.\n\n\
+         chaos no longer than an error takes to grow by a factor of e.{held}\n\n\
          {reading}\n\n{advice}## The knobs\n\n| knob | what is turned | error |\n|---|---|---|\n{knobs}\n\
          ## Scene `{scene}`: {title}\n\n```toml\n{text}\n```\n\n\
          squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
         scene = cost.scene,
         horizon = Quantity::Time.words(cost.horizon),
+        held = cost
+            .held_at
+            .map(|tilt| format!(" The tilt is held at {:.2}°, its first.", tilt.to_degrees()))
+            .unwrap_or_default(),
         title = cost.title,
         reading = reading(&cost.knobs),
         text = cost.scene_text.trim_end(),

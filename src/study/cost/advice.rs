@@ -1,7 +1,5 @@
 //! From work and precision to a setting.
 
-use serde::Serialize;
-
 use super::{CostSet, Knob};
 
 /// Errors for which a setting is advised.
@@ -11,7 +9,7 @@ pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
 const NOTABLY: f64 = 0.95;
 
 /// The cheapest setting for an error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
     /// The error allowed.
     pub target: f64,

@@ -4,9 +4,9 @@ use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
 use crate::analysis::{
     DelayVectors, Measures, Norm, RateBase, RecurrenceRule, Threshold, deviation, quantify,
 };
-use crate::dynamics::Exponent;
+use crate::dynamics::{DynamicsError, Exponent};
 use crate::pipeline::prepare_on;
-use crate::study::response::{From, Response, ResponsePlan, response, section_lag};
+use crate::study::response::{From, Response, ResponseError, ResponsePlan, response, section_lag};
 use crate::study::sweep::chain_of_causes;
 
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
@@ -17,10 +17,11 @@ const TOLERANCES: std::ops::RangeInclusive<i32> = 2..=8;
 const REFERENCES: [f64; 2] = [1e-10, 1e-9];
 
 /// Time over which invariants are taken, s.
-const LONG: f64 = 0.3;
+pub(super) const LONG: f64 = 0.3;
 
-/// Times averaged for exponents, s, and numbers of tangent vectors.
+/// Times averaged for exponents, s, that of the reference, and numbers of tangent vectors.
 const AVERAGED: [f64; 6] = [0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
+const AVERAGED_REFERENCE: f64 = 2.56;
 const VECTORS: [usize; 2] = [1, 3];
 
 /// States compared for recurrence; the last is the reference.
@@ -33,10 +34,10 @@ const DIMENSION: usize = 5;
 const LEAST_LINE: usize = 4;
 
 /// A number of a settled motion.
-type Invariant = fn(&Response) -> Option<f64>;
+pub(super) type Invariant = fn(&Response) -> Option<f64>;
 
 /// What does not depend on the trajectory.
-const INVARIANTS: [(&str, Invariant); 4] = [
+pub(super) const INVARIANTS: [(&str, Invariant); 4] = [
     ("strongest frequency", |found| {
         Some(found.lines.first()?.frequency)
     }),
@@ -50,6 +51,32 @@ const INVARIANTS: [(&str, Invariant); 4] = [
         found.recurrence.as_ref()?.determinism
     }),
 ];
+
+/// How far an invariant is from the best, relative to it; `None` where there is no such number.
+pub(super) fn relative(of: Invariant, found: &Response, best: &Response) -> Option<f64> {
+    let error = (of(found)? / of(best)? - 1.0).abs();
+    error.is_finite().then_some(error)
+}
+
+/// A setting by an invariant of its response.
+pub(super) fn invariant_point(
+    value: f64,
+    seconds: f64,
+    found: &Result<Response, ResponseError>,
+    best: &Response,
+    of: Invariant,
+) -> CostPoint {
+    CostPoint {
+        value,
+        seconds,
+        calls: found.as_ref().map_or(0, |found| found.tally.calls),
+        error: match found {
+            Ok(found) => relative(of, found, best).ok_or_else(|| "there is none".to_owned()),
+            Err(error) => Err(chain_of_causes(error)),
+        },
+        detail: String::new(),
+    }
+}
 
 /// The scene's own method with other tolerances, by invariants.
 pub(super) fn invariant_sets(
@@ -81,17 +108,13 @@ pub(super) fn invariant_sets(
         };
         best.push(found);
     }
-    let relative = |of: Invariant, found: &Response| {
-        let (ours, best) = (of(found)?, of(&best[0])?);
-        Some((ours / best - 1.0).abs()).filter(|error| error.is_finite())
-    };
     let mut sets: Vec<CostSet> = INVARIANTS
         .iter()
         .map(|&(name, of)| CostSet {
             knob: Knob::Invariants,
             family: name.to_owned(),
             turned: "tolerance",
-            floor: relative(of, &best[1]),
+            floor: relative(of, &best[1], &best[0]),
             points: Vec::new(),
         })
         .collect();
@@ -99,79 +122,82 @@ pub(super) fn invariant_sets(
         let value = 10f64.powi(-exponent);
         let on = &mut || goes_on((k + REFERENCES.len()) as f64 / all as f64);
         let (found, seconds) = follow(value, on);
-        let found = match found {
-            Ok(None) => return Ok(None),
-            Ok(Some(found)) => Ok(found),
-            Err(error) => Err(chain_of_causes(&error)),
+        let Some(found) = found.transpose() else {
+            return Ok(None);
         };
         for (set, (_, of)) in sets.iter_mut().zip(INVARIANTS) {
-            let error = match &found {
-                Ok(found) => relative(of, found).ok_or_else(|| "there is none".to_owned()),
-                Err(why) => Err(why.clone()),
-            };
-            set.points.push(CostPoint {
-                value,
-                seconds,
-                calls: found.as_ref().map_or(0, |found| found.tally.calls),
-                error,
-            });
+            let point = invariant_point(value, seconds, &found, &best[0], of);
+            set.points.push(point);
         }
     }
     Ok(Some(sets))
 }
 
-/// How well the largest exponent is known after so much averaging.
+/// How well the largest exponent is known after so much averaging. The reference is the run with one
+/// vector, carried on.
 pub(super) fn exponent_sets(
     ground: &mut Ground<'_>,
     goes_on: GoesOn<'_>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
+    let scene = &ground.plan.scene;
+    let last = AVERAGED[AVERAGED.len() - 1];
+    let all = AVERAGED_REFERENCE + last * (VECTORS.len() - 1) as f64;
+    let (mut before, mut floor) = (0.0, None);
     let mut sets = Vec::new();
-    for (k, vectors) in VECTORS.into_iter().enumerate() {
-        let mut points = Vec::new();
-        let scene = &ground.plan.scene;
-        let prepared = prepare_on(scene, &mut ground.ball)?;
-        let system = &*prepared.system;
+    for vectors in VECTORS {
+        let prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
+        let (system, mut z) = (&*prepared.system, prepared.state);
         let vectors = vectors.min(system.tangent_dim());
-        let mut z = prepared.state;
-        z.fill(0.0);
-        z[..ground.state.len()].copy_from_slice(&ground.state);
         let mut integrator =
             prepared
                 .integrator
                 .with_tangents(system, vectors, scene.start.seed)?;
         integrator.start(system, 0.0, &z)?;
-        let mut spent = 0.0;
-        for time in AVERAGED {
-            let mut stopped = false;
-            // Each goes on from the one before.
-            let (done, seconds) = timed(1, || {
-                let first = (integrator.time() * scene.sample_rate).round() as u64;
+        // Goes on from where it is. `None` if it was told to stop.
+        let mut average = |time: f64| {
+            let first = (integrator.time() * scene.sample_rate).round() as u64;
+            let done = (|| {
                 for sample in first + 1..=(time * scene.sample_rate).round() as u64 {
                     integrator.sample(system, sample as f64 / scene.sample_rate, &mut z)?;
-                    if sample % 1024 == 0 && !goes_on((k as f64 + time / 0.64) / 2.0) {
-                        stopped = true;
-                        break;
+                    if sample % 1024 == 0 && !goes_on((before + integrator.time()) / all) {
+                        return Ok(false);
                     }
                 }
-                Ok::<(), crate::dynamics::DynamicsError>(())
-            });
-            if stopped {
-                return Ok(None);
-            }
-            spent += seconds;
+                Ok::<_, DynamicsError>(true)
+            })();
             let known = integrator.exponents();
             let first: Option<Exponent> = known.and_then(|s| s.exponents.first().copied());
-            let error = match (done, first) {
+            let found = match (done, first) {
+                (Ok(false), _) => return None,
                 (Err(error), _) => Err(chain_of_causes(&error)),
-                (_, Some(e)) if e.half_width.is_finite() => Ok(e.half_width),
+                (_, Some(e)) if e.half_width.is_finite() => Ok(e),
                 _ => Err("too short to tell".to_owned()),
             };
+            Some((found, integrator.tally().calls))
+        };
+        let (mut points, mut spent) = (Vec::new(), 0.0);
+        for time in AVERAGED {
+            let (found, seconds) = timed(1, || average(time));
+            let Some((found, calls)) = found else {
+                return Ok(None);
+            };
+            spent += seconds;
             points.push(CostPoint {
                 value: time,
                 seconds: spent,
-                calls: integrator.tally().calls,
-                error,
+                calls,
+                detail: found
+                    .as_ref()
+                    .map_or_else(|_| String::new(), |e| format!("λ1 {:.1} 1/s", e.value)),
+                error: found.map(|e| e.half_width),
             });
+        }
+        if floor.is_none() {
+            let Some((found, _)) = average(AVERAGED_REFERENCE) else {
+                return Ok(None);
+            };
+            floor = found.ok().map(|e| e.half_width);
+            before = AVERAGED_REFERENCE;
         }
         sets.push(CostSet {
             knob: Knob::Exponents,
@@ -180,14 +206,15 @@ pub(super) fn exponent_sets(
                 count => format!("{count} vectors"),
             },
             turned: "time, s",
-            floor: None,
+            floor,
             points,
         });
     }
     Ok(Some(sets))
 }
 
-/// Length and threshold of recurrence quantification, by the determinism of the longest.
+/// Length and threshold of recurrence quantification, by the determinism of the longest; of the next
+/// stretch of that length it differs by the reference's own error.
 pub(super) fn recurrence_sets(
     ground: &mut Ground<'_>,
     goes_on: GoesOn<'_>,
@@ -196,12 +223,11 @@ pub(super) fn recurrence_sets(
     let lag = section_lag(scene);
     let step = lag / SAMPLES_A_LAG as f64;
     let most = STATES[STATES.len() - 1];
-    let needed = DelayVectors::samples_for(most, SAMPLES_A_LAG, DIMENSION);
-    let mut prepared = prepare_on(scene, &mut ground.ball)?;
+    let stretch = DelayVectors::samples_for(most, SAMPLES_A_LAG, DIMENSION);
+    let needed = 2 * stretch;
+    let mut prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
     let system = &*prepared.system;
     let mut z = prepared.state;
-    z.fill(0.0);
-    z[..ground.state.len()].copy_from_slice(&ground.state);
     prepared.integrator.start(system, 0.0, &z)?;
     let mut samples = Vec::with_capacity(needed);
     for k in 1..=needed {
@@ -220,8 +246,9 @@ pub(super) fn recurrence_sets(
             return Ok(None);
         }
     }
-    let spread = deviation(&samples);
-    let determinism = |states: usize, threshold: f64| -> Result<Option<f64>, CostError> {
+    let (samples, next) = samples.split_at(stretch);
+    let spread = deviation(samples);
+    let determinism = |samples: &[f64], states: usize, threshold: f64| {
         let count = DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
         let vectors = DelayVectors::new(&samples[..count], SAMPLES_A_LAG, DIMENSION)?;
         let rule = RecurrenceRule {
@@ -232,17 +259,21 @@ pub(super) fn recurrence_sets(
         let counts = quantify(&vectors, &rule)?;
         let least = LEAST_LINE * SAMPLES_A_LAG;
         let measures: Measures = counts.measures(least, 2, RateBase::Counted);
-        Ok(measures.determinism)
+        Ok::<_, CostError>(measures.determinism)
     };
     let mut sets = Vec::new();
     for (k, threshold) in THRESHOLDS.into_iter().enumerate() {
-        let best = determinism(most, threshold)?;
+        let best = determinism(samples, most, threshold)?;
+        let other = determinism(next, most, threshold)?;
+        let floor = best.zip(other).map(|(best, other)| (other - best).abs());
         let mut points = Vec::new();
         for states in &STATES[..STATES.len() - 1] {
             if !goes_on(0.3 + 0.7 * k as f64 / THRESHOLDS.len() as f64) {
                 return Ok(None);
             }
-            let (found, seconds) = timed(ground.plan.repeats, || determinism(*states, threshold));
+            let (found, seconds) = timed(ground.plan.repeats, || {
+                determinism(samples, *states, threshold)
+            });
             let error = match (found, best) {
                 (Err(error), _) => Err(chain_of_causes(&error)),
                 (Ok(Some(found)), Some(best)) => Ok((found - best).abs()),
@@ -253,13 +284,14 @@ pub(super) fn recurrence_sets(
                 seconds,
                 calls: 0,
                 error,
+                detail: String::new(),
             });
         }
         sets.push(CostSet {
             knob: Knob::Recurrence,
             family: format!("within {threshold} deviations"),
             turned: "states",
-            floor: None,
+            floor,
             points,
         });
     }

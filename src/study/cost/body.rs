@@ -78,6 +78,7 @@ pub(super) fn element_sets(
                 error: found
                     .map(|found| largest_error(&found, &best))
                     .map_err(|error| error.to_string()),
+                detail: String::new(),
             });
         }
         sets.push(CostSet {

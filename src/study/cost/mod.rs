@@ -2,8 +2,8 @@
 //!
 //! Each knob of a scene is turned with all others at their reference, and the error is set against the
 //! work: CPU time (medians of repeated runs; all threads together, so that what runs on many cores is not
-//! told as cheap) and calls of the right-hand side, which are free of noise. The error of the reference itself is the floor of a set. What fails is a
-//! point, too.
+//! told as cheap) and calls of the right-hand side, which are free of noise. The error of the reference
+//! itself is the floor of a set. What fails is a point, too.
 //!
 //! Errors of a trajectory make sense only up to a horizon that the largest Lyapunov exponent allows
 //! ([`CostStudy::horizon`]); beyond it, what does not depend on the trajectory is compared.
@@ -11,6 +11,7 @@
 mod advice;
 mod averages;
 mod body;
+mod modes;
 mod trajectory;
 
 #[cfg(test)]
@@ -28,7 +29,8 @@ use crate::scene::{Scene, SceneError};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
 use body::element_sets;
-use trajectory::{event_sets, integrator_sets, mode_sets, node_sets};
+use modes::mode_sets;
+use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// What can be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,8 +84,7 @@ impl Knob {
     pub fn error(self) -> &'static str {
         match self {
             Self::Integrator | Self::Events | Self::Nodes => "largest error of the state",
-            Self::Modes => "largest error of the probe's velocity",
-            Self::Invariants => "relative error",
+            Self::Modes | Self::Invariants => "relative error",
             Self::Elements => "largest error of a natural frequency",
             Self::Exponents => "half width of λ1, 1/s",
             Self::Recurrence => "error of the determinism",
@@ -117,6 +118,9 @@ pub struct CostPoint {
     pub calls: u64,
     /// Its error, or why there is none.
     pub error: Result<f64, String>,
+    /// What its value does not tell: which modes these are, how many events there were. Empty where that
+    /// is nothing.
+    pub detail: String,
 }
 
 /// How a study is done.
@@ -156,6 +160,8 @@ impl CostPlan {
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,
+    /// The tilt at which it was held, rad, where the scene's own varies.
+    pub held_at: Option<f64>,
     /// Time over which trajectories are compared, s.
     pub horizon: f64,
     /// The largest Lyapunov exponent, 1/s, by which the horizon was chosen.
@@ -272,10 +278,17 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
     Ok(Some(CostStudy {
         stopped,
         scene: plan.scene.name.clone(),
+        held_at: held_at(&plan.scene),
         horizon: ground.horizon,
         exponent,
         sets,
     }))
+}
+
+/// The tilt that a study of one tilt takes, rad, of a scene whose tilt varies.
+fn held_at(scene: &Scene) -> Option<f64> {
+    let tilt = &scene.joint().ok()?.tilt;
+    tilt.varies().then(|| tilt.at(0.0))
 }
 
 /// Within this many times the inverse of the exponent an error grows by no more than `e`.

@@ -75,6 +75,52 @@ fn smaller_elements_and_higher_orders_come_nearer() {
 }
 
 #[test]
+fn sets_of_modes_are_nested_and_all_modes_are_the_reference() {
+    let study = turned("torus-3deg", Knob::Modes);
+    let [frequency, rms] = &study.sets[..] else {
+        panic!("two invariants");
+    };
+    let count = |set: &CostSet| {
+        set.points
+            .iter()
+            .map(|p| p.value as usize)
+            .collect::<Vec<_>>()
+    };
+    // The published frequencies in their order: B1, B2, T1, B3, A1, T2; with B4 they are all eleven.
+    assert_eq!(count(frequency), [2, 4, 5, 7, 8, 9]);
+    let details: Vec<&str> = rms.points.iter().map(|p| &*p.detail).collect();
+    assert_eq!(details[0], "1 bending pair");
+    assert_eq!(details[5], "3 bending pairs, 2 torsion, 1 axial");
+    for set in [frequency, rms] {
+        let floor = set.floor.unwrap();
+        assert!(floor < 1e-2, "{}: {floor}", set.family);
+        assert!(set.points.iter().all(|point| point.calls > 0));
+        // One pair is another squeak.
+        assert!(*set.points[0].error.as_ref().unwrap() > 10.0 * floor);
+    }
+}
+
+#[test]
+fn averages_have_the_error_of_their_own_references() {
+    let study = turned("impact-oscillator", Knob::Recurrence);
+    for set in &study.sets {
+        let floor = set.floor.unwrap();
+        let longest = errors(&study, &set.family);
+        assert!(floor < 0.1 && longest.len() == 6, "{}: {floor}", set.family);
+    }
+    let study = turned("impact-oscillator", Knob::Exponents);
+    for set in &study.sets {
+        let found = errors(&study, &set.family);
+        assert!(set.floor.unwrap() < found[found.len() - 1], "{found:?}");
+        assert!(
+            set.points
+                .iter()
+                .all(|point| point.detail.starts_with("λ1 "))
+        );
+    }
+}
+
+#[test]
 fn chaos_shortens_the_horizon() {
     let exponent = |value: f64| {
         Some(Exponent {

@@ -1,12 +1,10 @@
-//! Knobs whose error is that of a trajectory: integrator, events, contact nodes, modes.
-
-use std::collections::HashMap;
+//! Knobs whose error is that of a trajectory: integrator, events, contact nodes.
 
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
-use crate::joint::{BallJoint, Frequencies, Quadrature};
+use crate::dynamics::Tally;
+use crate::joint::{BallJoint, Quadrature};
 use crate::pipeline::{Prepared, prepare_on};
 use crate::scene::{Events, LONGEST_STEP, Method, Scene};
-use crate::study::response::{From, ResponsePlan, response};
 
 /// Tells the share of the work that is done, and whether to go on.
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
@@ -33,36 +31,11 @@ const MOST_CALLS: u64 = 3_000_000;
 const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
 const NODES_REFERENCES: [usize; 2] = [4000, 2000];
 
-/// Modes tried, the last the reference: bending pairs, torsion modes, axial modes. Of the paper's
-/// frequencies there are no more than these; of our own there are as many as one likes.
-const MODES: [[usize; 3]; 8] = [
-    [1, 0, 0],
-    [2, 0, 0],
-    [2, 1, 0],
-    [3, 1, 0],
-    [4, 0, 0],
-    [3, 2, 1],
-    [4, 2, 0],
-    [4, 2, 1],
-];
-const OWN_MODES: [[usize; 3]; 8] = [
-    [1, 0, 0],
-    [2, 1, 0],
-    [3, 1, 1],
-    [4, 2, 1],
-    [5, 3, 2],
-    [6, 3, 2],
-    [8, 4, 3],
-    [10, 5, 4],
-];
-
 /// States at the instants compared, `[q | dq/dt]` each, and what they are measured by.
 struct Path {
     rows: Vec<Vec<f64>>,
     /// Circular frequencies, rad/s.
     omega: Vec<f64>,
-    /// What the probe makes of the modes.
-    probe: Vec<f64>,
 }
 
 impl Path {
@@ -82,60 +55,44 @@ impl Path {
         let largest = off.fold(0.0, |a: f64, b| if b <= a { a } else { b });
         (largest / mean).sqrt()
     }
-
-    /// The probe's velocities, m/s.
-    fn velocities(&self) -> impl Iterator<Item = f64> + '_ {
-        let m = self.probe.len();
-        let of = move |z: &Vec<f64>| z[m..].iter().zip(&self.probe).map(|(v, p)| v * p).sum();
-        self.rows.iter().map(of)
-    }
-
-    /// The same of the probe's velocity alone.
-    fn velocity_error(&self, reference: &Self) -> f64 {
-        let pairs = self.velocities().zip(reference.velocities());
-        let off = pairs.map(|(a, b)| (a - b).powi(2)).fold(0.0, f64::max);
-        let squares: f64 = reference.velocities().map(|v| v * v).sum();
-        (off / (squares / reference.rows.len() as f64)).sqrt()
-    }
 }
 
-/// Follows a scene from a state over a time (s); the path and the calls.
+/// Follows a scene from a state over a time (s), and tells what that took, even where it fails.
 fn follow(
     scene: &Scene,
     state: &[f64],
     time: f64,
     ball: &mut Option<BallJoint>,
+    tally: &mut Tally,
     goes_on: &mut dyn FnMut() -> bool,
-) -> Result<(Path, u64), Box<dyn std::error::Error>> {
+) -> Result<Path, Box<dyn std::error::Error>> {
+    *tally = Tally::default();
     let Prepared {
         system,
-        probe,
         mut integrator,
         state: mut z,
-    } = prepare_on(scene, ball)?;
-    let width = 2 * system.modes();
-    z.fill(0.0);
-    z[..width].copy_from_slice(state);
+        ..
+    } = prepare_on(scene, ball)?.starting_from(state);
     integrator.start(&*system, 0.0, &z)?;
     let mut rows = Vec::new();
     for k in 1..=INSTANTS {
         let instant = time * f64::from(k) / f64::from(INSTANTS);
-        integrator.sample(&*system, instant, &mut z)?;
-        rows.push(z[..width].to_vec());
-        let calls = integrator.tally().calls;
-        if calls > MOST_CALLS {
+        let reached = integrator.sample(&*system, instant, &mut z);
+        *tally = integrator.tally();
+        reached?;
+        rows.push(z[..state.len()].to_vec());
+        if tally.calls > MOST_CALLS {
+            let calls = tally.calls;
             return Err(format!("given up after {calls} calls of the right-hand side").into());
         }
         if !goes_on() {
             break;
         }
     }
-    let path = Path {
+    Ok(Path {
         rows,
         omega: system.omega().to_vec(),
-        probe,
-    };
-    Ok((path, integrator.tally().calls))
+    })
 }
 
 /// A scene with another integrator.
@@ -154,30 +111,20 @@ fn with(scene: &Scene, method: Method, value: f64, events: Events) -> Scene {
     scene
 }
 
-/// How paths are compared.
-type Compare = fn(&Path, &Path) -> f64;
-
 impl Ground<'_> {
     /// The reference from the settled state, and its own error.
     fn reference(&mut self, scene: &Scene) -> Result<(Path, f64), CostError> {
         let events = Events::Exact;
-        let best = with(scene, Method::Lawson54, REFERENCE, events);
-        let (best, _) = self.path(&best)?;
-        let other = with(scene, Method::Tsit54, REFERENCE, events);
-        let (other, _) = self.path(&other)?;
+        let best = self.path(&with(scene, Method::Lawson54, REFERENCE, events))?;
+        let other = self.path(&with(scene, Method::Tsit54, REFERENCE, events))?;
         let floor = other.error(&best);
         Ok((best, floor))
     }
 
-    fn path(&mut self, scene: &Scene) -> Result<(Path, u64), CostError> {
-        follow(
-            scene,
-            &self.state,
-            self.horizon,
-            &mut self.ball,
-            &mut || true,
-        )
-        .map_err(|error| CostError::NoReference(error.to_string()))
+    fn path(&mut self, scene: &Scene) -> Result<Path, CostError> {
+        let (ball, tally) = (&mut self.ball, &mut Tally::default());
+        follow(scene, &self.state, self.horizon, ball, tally, &mut || true)
+            .map_err(|error| CostError::NoReference(error.to_string()))
     }
 
     /// A point: a setting against the reference. `None` if it was told to stop.
@@ -185,12 +132,10 @@ impl Ground<'_> {
         &mut self,
         value: f64,
         scene: &Scene,
-        state: &[f64],
         reference: &Path,
-        compare: Compare,
         goes_on: &mut dyn FnMut() -> bool,
     ) -> Option<CostPoint> {
-        let mut stopped = false;
+        let (mut stopped, mut tally) = (false, Tally::default());
         let (found, seconds) = timed(self.plan.repeats, || {
             if stopped {
                 return Err("stopped".to_owned());
@@ -199,23 +144,28 @@ impl Ground<'_> {
                 stopped |= !goes_on();
                 !stopped
             };
-            follow(scene, state, self.horizon, &mut self.ball, on).map_err(|error| chain(&*error))
+            let (ball, tally) = (&mut self.ball, &mut tally);
+            follow(scene, &self.state, self.horizon, ball, tally, on)
+                .map_err(|error| chain(&*error))
         });
         if stopped {
             return None;
         }
-        let (calls, error) = match found {
-            Err(why) => (0, Err(why)),
-            Ok((path, calls)) => match compare(&path, reference) {
-                error if error.is_finite() => (calls, Ok(error)),
-                _ => (calls, Err("not a number".to_owned())),
-            },
-        };
+        let error = found.and_then(|path| match path.error(reference) {
+            error if error.is_finite() => Ok(error),
+            _ => Err("not a number".to_owned()),
+        });
         Some(CostPoint {
             value,
             seconds,
-            calls,
+            calls: tally.calls,
             error,
+            detail: match (scene.integrator.events, tally.events) {
+                (Events::Through, _) => String::new(),
+                (Events::Exact, 0) => "no event".to_owned(),
+                (Events::Exact, 1) => "1 event".to_owned(),
+                (Events::Exact, events) => format!("{events} events"),
+            },
         })
     }
 }
@@ -243,9 +193,7 @@ pub(super) fn integrator_sets(
         for value in values {
             let turned = with(&scene, method, value, events);
             let on = &mut || goes_on(k as f64 / Method::ALL.len() as f64);
-            let state = ground.state.clone();
-            let Some(point) = ground.point(value, &turned, &state, &reference, Path::error, on)
-            else {
+            let Some(point) = ground.point(value, &turned, &reference, on) else {
                 return Ok(None);
             };
             points.push(point);
@@ -277,9 +225,7 @@ pub(super) fn event_sets(
         for value in TOLERANCES.into_iter().step_by(2) {
             let turned = with(&scene, Method::Lawson54, value, events);
             let on = &mut || goes_on(0.5 * k as f64);
-            let state = ground.state.clone();
-            let Some(point) = ground.point(value, &turned, &state, &reference, Path::error, on)
-            else {
+            let Some(point) = ground.point(value, &turned, &reference, on) else {
                 return Ok(None);
             };
             points.push(point);
@@ -329,16 +275,14 @@ pub(super) fn node_sets(
         turned(Quadrature::Rings, NODES_REFERENCES[0])?,
         turned(Quadrature::Rings, NODES_REFERENCES[1])?,
     ];
-    let (reference, _) = ground.path(&references[0])?;
-    let floor = ground.path(&references[1])?.0.error(&reference);
+    let reference = ground.path(&references[0])?;
+    let floor = ground.path(&references[1])?.error(&reference);
     let mut sets = Vec::new();
     for (k, ((_, family), settings)) in families.into_iter().zip(all).enumerate() {
         let mut points = Vec::new();
         for (value, scene) in settings {
             let on = &mut || goes_on(0.5 * k as f64);
-            let state = ground.state.clone();
-            let Some(point) = ground.point(value, &scene, &state, &reference, Path::error, on)
-            else {
+            let Some(point) = ground.point(value, &scene, &reference, on) else {
                 return Ok(None);
             };
             points.push(point);
@@ -352,85 +296,4 @@ pub(super) fn node_sets(
         });
     }
     Ok(Some(sets))
-}
-
-/// Numbers of modes: the state that the largest set has settled to, as far as each set has its modes.
-pub(super) fn mode_sets(
-    ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
-    const TOLERANCE: f64 = 1e-9;
-    let turned = |[bending, torsion, axial]: [usize; 3]| -> Result<Scene, CostError> {
-        let scene = &ground.plan.scene;
-        let mut scene = with(scene, Method::Lawson54, TOLERANCE, Events::Through);
-        let families = &mut scene.ball_on_beam_mut()?.families;
-        families.bending_pairs = bending;
-        families.torsion = torsion;
-        families.axial = axial;
-        Ok(scene)
-    };
-    let sets = match ground.plan.scene.ball_on_beam()?.frequencies {
-        Frequencies::Published => MODES,
-        Frequencies::FiniteElement => OWN_MODES,
-    };
-    let (reference, fewer) = match &sets[..] {
-        [fewer @ .., all] => (turned(*all)?, fewer),
-        [] => return Ok(Some(Vec::new())),
-    };
-    let settings: Vec<_> = fewer.iter().map(|modes| turned(*modes)).collect();
-    let look = ResponsePlan {
-        exponents: 0,
-        portrait: false,
-        most: 0.2,
-        measure: 0.01,
-        ..ResponsePlan::default()
-    };
-    let mut ball = None;
-    let mut scenes = reference.clone();
-    scenes.integrator.tolerance = 1e-5;
-    let Some(settled) = response(&scenes, From::Cold, &look, &mut ball, &mut |_| goes_on(0.0))?
-    else {
-        return Ok(None);
-    };
-    let labels = |ball: &Option<BallJoint>| -> Vec<String> {
-        ball.as_ref()
-            .map(BallJoint::mode_labels)
-            .unwrap_or_default()
-    };
-    let names = labels(&ball);
-    let [q, v] = [0, names.len()].map(|first| {
-        let values = settled.state[first..].iter().copied();
-        names.iter().cloned().zip(values).collect::<HashMap<_, _>>()
-    });
-    let horizon = ground.horizon;
-    let on = &mut || true;
-    let (best, _) = follow(&reference, &settled.state, horizon, &mut ball, on)
-        .map_err(|error| CostError::NoReference(error.to_string()))?;
-    let mut points = Vec::new();
-    for (k, scene) in settings.into_iter().enumerate() {
-        let scene = scene?;
-        // The joint is made, so that its modes are known.
-        prepare_on(&scene, &mut ground.ball)?;
-        let names = labels(&ground.ball);
-        let of = |values: &HashMap<String, f64>| -> Vec<f64> {
-            names.iter().map(|name| values[name]).collect()
-        };
-        let state = [of(&q), of(&v)].concat();
-        let on = &mut || goes_on(k as f64 / fewer.len() as f64);
-        let compare: Compare = Path::velocity_error;
-        let Some(point) = ground.point(names.len() as f64, &scene, &state, &best, compare, on)
-        else {
-            return Ok(None);
-        };
-        points.push(point);
-    }
-    // The next knob finds the scene's own joint again.
-    prepare_on(&ground.plan.scene, &mut ground.ball)?;
-    Ok(Some(vec![CostSet {
-        knob: Knob::Modes,
-        family: "modes".to_owned(),
-        turned: "modes",
-        floor: None,
-        points,
-    }]))
 }
