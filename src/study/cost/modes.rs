@@ -43,8 +43,9 @@ pub(super) fn mode_sets(
     goes_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
+    let spec = &scene.joint()?.spec;
     let body = scene.ball_on_beam()?;
-    let (spec, own) = (&scene.joint()?.spec, &body.families);
+    let own = &body.families;
     let uneven = spec.damping.windows(2).any(|pair| pair[0] != pair[1]);
     let published = body.frequencies == Frequencies::Published;
     let all = match (uneven, published) {
@@ -136,17 +137,14 @@ fn more(families: &Families) -> Families {
 fn nested(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Vec<Families>, CostError> {
     use crate::fem::ModeKind::{Axial, BendingX, BendingY, Torsion};
     prepare_on(scene, ball)?;
-    let joint = ball.iter();
+    let Some(joint) = ball else {
+        return Ok(Vec::new());
+    };
+    let body = joint.body()?.modes();
     let mut modes: Vec<_> = joint
-        .filter_map(|joint| {
-            Some(
-                joint
-                    .frequencies_hz()
-                    .iter()
-                    .zip(joint.body().ok()?.modes()),
-            )
-        })
-        .flatten()
+        .frequencies_hz()
+        .iter()
+        .zip(body)
         .filter(|(_, mode)| mode.kind != BendingY)
         .map(|(hz, mode)| (*hz, mode.kind))
         .collect();
