@@ -1,8 +1,9 @@
 //! Load, tilt and rotation that change with time: the joint follows, its energy is accounted for, and
 //! what does not change costs nothing, not even a bit.
 
-use squeakscope::export::{SamplesSink, read_npz};
+use squeakscope::export::SamplesSink;
 use squeakscope::joint::BallJoint;
+use squeakscope::numpy::read_npz;
 use squeakscope::pipeline::message::{Frame, Header, JointInfo, Record};
 use squeakscope::pipeline::{Monitor, Simulation, Source, prepare, run};
 use squeakscope::scene::{Scene, TiltedJoint};
