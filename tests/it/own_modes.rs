@@ -181,6 +181,14 @@ fn what_does_not_fit_is_refused_in_one_message() {
         ["`load.tilt`: the load tilts", "leave out body.modes"],
     );
     said(
+        "load_n = 150",
+        "load_sine = { mean_n = 150, amplitude_n = 1, frequency_hz = 10 }",
+        [
+            "`load.load`: the load changes",
+            "give a constant load.load_n",
+        ],
+    );
+    said(
         "tilt_deg = 3.0",
         "tilt_deg = 3.5",
         ["toml:6: `body.modes`: modes.npz", "tilt of 3.000 deg"],

@@ -64,17 +64,25 @@ pub(in crate::scene) fn patch_stays(
     };
     let varies = load.as_ref().is_some_and(Schedule::varies);
     let moved = [
-        (tilt.varies(), keys::TILT.path, "the load tilts"),
-        (varies, keys::LOAD.path, "the load changes"),
+        (
+            tilt.varies(),
+            [keys::TILT_KNOTS.path, keys::TILT.path],
+            "the load tilts",
+        ),
+        (
+            varies,
+            [keys::LOAD_KNOTS.path, keys::LOAD.path],
+            "the load changes",
+        ),
     ];
-    if let Some((_, key, what)) = moved.into_iter().find(|(varies, ..)| *varies) {
+    if let Some((_, [key, constant], what)) = moved.into_iter().find(|(varies, ..)| *varies) {
         return Err(Fault::Inconsistent {
             key,
             problem: format!(
                 "{what}, and the contact patch of `{}` stays as it is",
                 modes.name()
             ),
-            remedy: format!("give a constant {key}, or leave out body.modes"),
+            remedy: format!("give a constant {constant}, or leave out body.modes"),
         }
         .at(place()));
     }
