@@ -16,8 +16,9 @@ use std::path::PathBuf;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use squeakscope::dynamics::System;
-use squeakscope::export::{Array, ModelArrays, read_npz, write_model};
+use squeakscope::export::{ModelArrays, write_model};
 use squeakscope::joint::{BallJoint, Joint};
+use squeakscope::numpy::{Array, read_npz};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 

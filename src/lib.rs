@@ -18,6 +18,7 @@
 //! * [`pipeline`]: the threads and what travels between them.
 //! * `record` (feature `record`): the only room that knows Rerun.
 //! * `cli` (feature `cli`): the command line.
+//! * [`numpy`]: arrays in `.npz` files, as others write them.
 //! * [`import`]: signals from files that somebody else made.
 //! * `figure` (feature `figure`): pictures on disk.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
@@ -29,6 +30,7 @@ pub mod fem;
 pub mod guide;
 pub mod import;
 pub mod joint;
+pub mod numpy;
 pub mod pipeline;
 pub mod scene;
 pub mod study;

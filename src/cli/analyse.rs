@@ -95,7 +95,7 @@ fn execute(args: &AnalyseArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), C
         path: args.file.clone(),
         reason,
     })?;
-    let report = report.ok_or(CliError::Interrupted)?;
+    let report = report.ok_or(CliError::NothingYet)?;
     let mut files = Vec::new();
     if let Some(directory) = &args.png {
         files.extend(draw(&report, directory, tools)?);

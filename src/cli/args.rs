@@ -72,7 +72,7 @@ pub struct RunArgs {
     /// Save the recording [default: squeak.rrd, if no other output is asked for].
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
-    /// Write the samples as NumPy arrays t, q, qdot, u, v, tilt_deg.
+    /// Write the samples as NumPy arrays t, q, qdot, u, v, tilt_deg; load_n and rotation_factor where they vary.
     #[arg(long, value_name = "FILE")]
     pub npz: Option<PathBuf>,
     /// Open a viewer on this machine and watch.

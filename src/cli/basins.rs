@@ -43,6 +43,9 @@ pub(super) fn basins(args: &BasinsArgs, tools: &Tools) -> Result<(), CliError> {
 fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
+    if let Ok(joint) = plan.scene.joint() {
+        report::print_held(joint.held_at_first());
+    }
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;

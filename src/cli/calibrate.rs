@@ -38,7 +38,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
 
 fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
-    base.joint()?;
+    base.ball_on_beam()?;
     let plan = CalibrationPlan {
         base,
         seed: args.seed,
@@ -124,7 +124,9 @@ impl Log {
         // One write a line: what breaks off is at most the last one.
         let written = serde_json::to_string(trial)
             .map_err(io::Error::from)
-            .and_then(|line| self.file.write_all(format!("{line}\n").as_bytes()));
+            .and_then(|line| self.file.write_all(format!("{line}\n").as_bytes()))
+            // A file whose name is gone takes everything and keeps nothing.
+            .and_then(|()| self.path.symlink_metadata().map(drop));
         written.map_err(|source| {
             CliError::Output(OutputError::Failed {
                 path: self.path.clone(),

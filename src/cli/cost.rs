@@ -47,8 +47,8 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     if !args.only.is_empty() {
         for knob in args.only.iter().map(|knob| Knob::from(*knob)) {
             if !plan.knobs.contains(&knob) {
-                // A scene without a joint has no such knob: the same words as everywhere.
-                scene.joint()?;
+                // A scene without ball and beam has no such knob: the same words as everywhere.
+                scene.ball_on_beam()?;
             }
         }
         plan.knobs
@@ -211,7 +211,7 @@ mod tests {
         };
         Ok(Some(CostStudy {
             scene: plan.scene.name.clone(),
-            held_at: None,
+            held: Default::default(),
             horizon: plan.horizon,
             exponent: None,
             stopped: false,

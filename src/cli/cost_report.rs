@@ -20,6 +20,8 @@ pub struct CostReport {
     pub scene: String,
     /// The tilt at which it was held, degrees; `null` if its own is constant.
     pub held_at_deg: Option<f64>,
+    /// What was held at its first value, in words; `null` where nothing varies.
+    pub held: Option<String>,
     /// Time over which trajectories are compared, ms.
     pub horizon_ms: f64,
     /// The largest Lyapunov exponent, 1/s; `null` if it is not known.
@@ -118,7 +120,8 @@ impl CostReport {
         Self {
             version: VERSION,
             scene: study.scene.clone(),
-            held_at_deg: study.held_at.map(f64::to_degrees),
+            held_at_deg: study.held.tilt.map(f64::to_degrees),
+            held: study.held.words(),
             horizon_ms: 1e3 * study.horizon,
             exponent_per_s: study.exponent.map(|exponent| exponent.value),
             sets: sets.collect(),
@@ -131,8 +134,8 @@ impl CostReport {
     /// The sets as a chapter of a page: tables of settings, a column a family.
     pub(super) fn chapter(&self) -> String {
         let mut text = format!("## {}\n\n", self.scene);
-        if let Some(tilt) = self.held_at_deg {
-            let _ = write!(text, "Held at its first tilt, {tilt}°. ");
+        if let Some(held) = &self.held {
+            let _ = write!(text, "Held at its first values: {held}. ");
         }
         let _ = write!(
             text,
@@ -260,10 +263,10 @@ impl Report for CostReport {
         if let Some(exponent) = self.exponent_per_s {
             let _ = write!(text, ", largest exponent {exponent:.1} 1/s");
         }
-        if let Some(tilt) = self.held_at_deg {
+        if let Some(held) = &self.held {
             let _ = write!(
                 text,
-                "\nthe tilt is held at its first value, {tilt} degrees: give the scene another one (load.tilt_deg) for another cost"
+                "\nheld at its first values, {held}: give the scene others for another cost"
             );
         }
         text.push('\n');

@@ -24,7 +24,7 @@ pub(super) fn cost_view(plan: &CostPlan, study: &CostStudy, command: &str) -> Co
         title: plan.scene.title.clone(),
         scene_text: plan.scene.text.clone(),
         command: command.to_owned(),
-        held_at: study.held_at,
+        held: study.held,
         horizon: study.horizon,
         knobs: knobs.collect(),
     }
@@ -116,7 +116,7 @@ mod tests {
         };
         let study = CostStudy {
             scene: "torus-3deg".to_owned(),
-            held_at: None,
+            held: Default::default(),
             horizon: 4e-3,
             exponent: None,
             stopped: false,

@@ -3,7 +3,8 @@
 
 use std::io::Cursor;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
@@ -40,10 +41,12 @@ use crate::scene::{RecordSpec, Scene};
 use crate::study;
 use crate::study::basins::Attractor;
 use crate::study::effects::{Effects, Watch};
+use crate::study::growth::Taken;
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
 use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
 use crate::study::sweep::{SweepPlan, SweepPoint};
+use crate::study::wait_for;
 
 /// Runs a scene down the road: simulation, analysis, recording.
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
@@ -63,7 +66,9 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
     }
     if output != Output::default() {
-        sinks.push(Box::new(RerunSink::new(&output, job.scene.record)?));
+        let notice = Arc::clone(&job.notice);
+        let recording = RerunSink::new(&output, job.scene.record)?;
+        sinks.push(Box::new(recording.with_notice(move |words| notice(words))));
     }
     let monitor = Monitor {
         stop: job.stop,
@@ -184,7 +189,18 @@ pub(super) const COST: cost::Tools = cost::Tools {
 
 /// What `squeakscope scenes --effects` needs.
 pub(super) fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Cause> {
-    Ok(study::effects::effects(scene, watch)?)
+    let folder = tempfile::tempdir()?;
+    let record = &mut |scene: &Scene| {
+        let output = Output {
+            save: Some(folder.path().join("effects.rrd")),
+            ..Output::default()
+        };
+        let header = source(scene)?;
+        let mut sink = RerunSink::new(&output, scene.record)?;
+        drive(header, "", &mut sink, Monitor::default())?;
+        Ok(())
+    };
+    study::effects::effects(scene, record, watch)
 }
 
 /// What `squeakscope growth` needs.
@@ -194,11 +210,15 @@ pub(super) const GROWTH: growth::Tools = growth::Tools {
 };
 
 /// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
-fn run_apart(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> {
+fn run_apart(
+    scene: &Scene,
+    duration: f64,
+    goes_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Taken>, Cause> {
     let folder = tempfile::tempdir()?;
     let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
     std::fs::write(&file, &scene.text)?;
-    let done = Command::new(std::env::current_exe()?)
+    let mut running = Command::new(std::env::current_exe()?)
         .arg("run")
         .arg(&file)
         .args(["--duration", &format!("{}", 1e3 * duration)])
@@ -206,13 +226,26 @@ fn run_apart(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> 
         .arg(folder.path().join("run.rrd"))
         .arg("--json")
         .arg(&report)
-        .output()?;
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    // SIGTERM comes to this process alone.
+    wait_for(&mut running, goes_on)?;
+    let done = running.wait_with_output()?;
+    // Ctrl-C comes to both: that the run was interrupted, too, is no fault.
+    if !goes_on() {
+        return Ok(None);
+    }
     if !done.status.success() {
         return Err(String::from_utf8_lossy(&done.stderr).trim().into());
     }
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report)?)?;
     let seconds = report["wall_s"].as_f64().ok_or("a run told no time")?;
-    Ok((seconds, report["peak_memory_bytes"].as_u64()))
+    Ok(Some(Taken {
+        seconds,
+        memory: report["peak_memory_bytes"].as_u64(),
+    }))
 }
 
 /// What `squeakscope paper` needs.
@@ -222,7 +255,7 @@ pub(super) const PAPER: paper::Tools = paper::Tools {
     record: |plan, points, command, path| {
         let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
         let mut view = sweep_view(plan, points, command)?;
-        view.body = Some(body_view(&ball));
+        view.body = Some(body_view(&ball)?);
         Ok(save_sweep(path, &view)?)
     },
 };

@@ -128,6 +128,12 @@ pub enum CliError {
         /// How many there are.
         dimension: usize,
     },
+    /// A panic outside the threads of a run: a fault of this program.
+    #[error("the program panicked: {message}; please report this, with the command")]
+    Panic {
+        /// What it said.
+        message: String,
+    },
     /// Ctrl-C, before there was anything.
     #[error("interrupted before anything was found")]
     NothingYet,
@@ -151,10 +157,11 @@ impl CliError {
             | Self::ForeignLog { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. } => 2,
-            Self::Table(error) if !matches!(error, TableError::Write { .. }) => 2,
+            Self::Table(TableError::Write { .. } | TableError::Gone { .. }) => 1,
+            Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
-            Self::Output(_) | Self::Table(_) | Self::Run { .. } => 1,
+            Self::Output(_) | Self::Run { .. } | Self::Panic { .. } => 1,
             Self::Interrupted | Self::NothingYet => 130,
         }
     }

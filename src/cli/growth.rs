@@ -41,6 +41,9 @@ pub(super) fn run(args: &GrowthArgs, tools: &Tools) -> Result<(), CliError> {
 
 fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Ok(joint) = scene.joint() {
+        report::print_held(joint.held_at_first());
+    }
     let name = scene.name.clone();
     let plan = GrowthPlan {
         repeats: args.repeats.into(),
@@ -74,17 +77,24 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         version: VERSION,
         scene: name,
         growth: grown,
-        files: write_figures(&args.out, &figures)?,
+        files: Vec::new(),
     };
-    let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
-    csv.write(|out| out.write_all(report.table().as_bytes()))?;
-    report.files.push(FileReport::of(&csv)?);
-    if let Some(file) = page {
-        let chapter = report.chapter();
-        file.write(|out| out.write_all(chapter.as_bytes()))?;
-        report.files.push(FileReport::of(&file)?);
-    }
+    // What is found is told even where a file cannot be written.
+    let mut write_all = || -> Result<(), CliError> {
+        report.files = write_figures(&args.out, &figures)?;
+        let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
+        csv.write(|out| out.write_all(report.table().as_bytes()))?;
+        report.files.push(FileReport::of(&csv)?);
+        if let Some(file) = &page {
+            let chapter = report.chapter();
+            file.write(|out| out.write_all(chapter.as_bytes()))?;
+            report.files.push(FileReport::of(file)?);
+        }
+        Ok(())
+    };
+    let written = write_all();
     report::deliver(&report, json.as_ref())?;
+    written?;
     match whole {
         true => Ok(()),
         false => Err(CliError::Interrupted),

@@ -1,11 +1,12 @@
-//! Ctrl-C: asks the run to end at the next frame; asked again, ends the program at once.
+//! Ctrl-C, SIGTERM and a closed terminal: each asks the run to end at the next frame; asked again, ends
+//! the program at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::CliError;
 
-/// Catches Ctrl-C from now on; the flag turns true when it comes.
+/// Catches Ctrl-C and its like from now on; the flag turns true when it comes.
 ///
 /// # Errors
 /// When the operating system refuses a handler.

@@ -99,26 +99,31 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     })?;
 
     let mut files = Vec::new();
-    if let Some(file) = &csv_file {
-        file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
-        files.push(FileReport::of(file)?);
-    }
-    if let Some(path) = png {
-        let name = LyapunovReport::title(&scene.name, found.tilt);
-        let drawn = (tools.draw)(&name, &found).map_err(failed("drawing"))?;
-        let file = match (picture, directory) {
-            (Some(file), _) => file,
-            (None, directory) => {
-                if let Some(directory) = directory {
-                    std::fs::create_dir_all(directory)
-                        .map_err(|source| failed("drawing")(source.into()))?;
+    // What is found is told even where a file cannot be written.
+    let mut write_all = || -> Result<(), CliError> {
+        if let Some(file) = &csv_file {
+            file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
+            files.push(FileReport::of(file)?);
+        }
+        if let Some(path) = &png {
+            let name = LyapunovReport::title(&scene.name, found.tilt);
+            let drawn = (tools.draw)(&name, &found).map_err(failed("drawing"))?;
+            let file = match (&picture, directory) {
+                (Some(file), _) => file.clone(),
+                (None, directory) => {
+                    if let Some(directory) = directory {
+                        std::fs::create_dir_all(directory)
+                            .map_err(|source| failed("drawing")(source.into()))?;
+                    }
+                    OutputFile::check(path, "--png")?
                 }
-                OutputFile::check(&path, "--png")?
-            }
-        };
-        file.write(|out| out.write_all(&drawn))?;
-        files.push(FileReport::of(&file)?);
-    }
+            };
+            file.write(|out| out.write_all(&drawn))?;
+            files.push(FileReport::of(&file)?);
+        }
+        Ok(())
+    };
+    let written = write_all();
     let report = LyapunovReport::new(&scene.name, &request, &found, files);
     if json_shown {
         report::print_json(&report)?;
@@ -128,6 +133,7 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     } else {
         report::deliver(&report, json.as_ref())?;
     }
+    written?;
     match found.study.ending {
         Ending::Stopped => Err(CliError::Interrupted),
         Ending::Reached | Ending::OutOfTime => Ok(()),

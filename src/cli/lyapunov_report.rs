@@ -9,6 +9,7 @@ use super::flow_report::{DimensionReport, ExponentReport, exponents};
 use super::report::{FileReport, Report, degrees, list_files};
 use crate::VERSION;
 use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use crate::scene::Held;
 use crate::study::lyapunov::{
     Ending, Goal, LyapunovRequest, LyapunovStudy, RESOLVING, RunningExponents, SceneLyapunov,
 };
@@ -26,6 +27,10 @@ pub struct LyapunovReport {
     pub scene: String,
     /// Tilt of the load, degrees; `null` for a scene without a load.
     pub tilt_deg: Option<f64>,
+    /// Load, N; `null` where it is constant in the scene.
+    pub load_n: Option<f64>,
+    /// Factor on the rotation; `null` where it is constant in the scene.
+    pub rotation_factor: Option<f64>,
     /// Whether Ctrl-C ended it before its time.
     pub interrupted: bool,
     /// What was asked for: `time`, `half_width` or `verdict`.
@@ -115,6 +120,8 @@ impl LyapunovReport {
             version: VERSION,
             scene: scene.to_owned(),
             tilt_deg: found.tilt.map(degrees),
+            load_n: found.held.load,
+            rotation_factor: found.held.rotation_factor,
             interrupted: study.ending == Ending::Stopped,
             goal: match request.goal {
                 Goal::Time(_) => "time",
@@ -282,7 +289,14 @@ impl Report for LyapunovReport {
             Some(tilt) => format!("{NAME}{}{NAME:#} at {tilt} deg", self.scene),
             None => format!("{NAME}{}{NAME:#}", self.scene),
         };
-        let _ = writeln!(text, "{title}: {}", self.words);
+        // The tilt is in the title.
+        let held = Held {
+            tilt: None,
+            load: self.load_n,
+            rotation_factor: self.rotation_factor,
+        };
+        let held = held.words().map(|words| format!(", {words}"));
+        let _ = writeln!(text, "{title}{}: {}", held.unwrap_or_default(), self.words);
         if !self.exponents.is_empty() {
             self.table(&mut text);
         }

@@ -89,6 +89,7 @@ fn pretend(
             busy_seconds: 1.0,
         },
         tilt: scene.joint().ok().map(|joint| joint.tilt.at(1.0)),
+        held: Default::default(),
         transient: scene.duration,
         tolerance: request.tolerance.or(Some(1e-5)),
         omega_1: 10_000.0,
@@ -240,6 +241,7 @@ fn the_words_fit_what_there_is() {
         let scene = SceneLyapunov {
             study,
             tilt: None,
+            held: Default::default(),
             transient: 0.0,
             tolerance: None,
             omega_1: 1.0,

@@ -5,7 +5,7 @@
 //! | 0 | done |
 //! | 1 | a fault while running |
 //! | 2 | bad input: arguments, a scene, a signal, an output that cannot be written |
-//! | 130 | interrupted by Ctrl-C; what was reached until then is kept |
+//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; what was reached until then is kept |
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
@@ -42,9 +42,12 @@ mod sweep;
 pub mod sweep_report;
 mod sweep_view;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use crate::pipeline::panic_message;
 
 use args::{Args, Command, RunArgs};
 
@@ -57,13 +60,23 @@ pub fn main() -> ExitCode {
         // Help and version come this way too, with exit code 0.
         Err(error) => error.exit(),
     };
-    match dispatch(args) {
+    match caught(|| dispatch(args)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             report::print_error(&error);
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Does some work; a panic is an error like any other, with its exit code.
+fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
+    // The program ends after it: nothing is used again that it may have left half done.
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        Err(CliError::Panic {
+            message: panic_message(&*panic),
+        })
+    })
 }
 
 fn dispatch(args: Args) -> Result<(), CliError> {
@@ -82,5 +95,18 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error_with_its_exit_code() {
+        caught(|| Ok(())).expect("done");
+        let fault = caught(|| panic!("lost the ball")).expect_err("a panic");
+        assert_eq!(fault.exit_code(), 1);
+        assert!(fault.to_string().contains("lost the ball"), "{fault}");
     }
 }

@@ -29,8 +29,9 @@ pub(super) fn model(
     build: impl FnOnce(&Scene) -> Result<ModelFile, Cause>,
 ) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    scene.joint()?;
+    let held = scene.joint()?.held_at_first();
     report::print_warnings(&scene.warnings());
+    report::print_held(held);
     let [out, json] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [("--out", Some(&args.out)), ("--json", args.json.as_deref())],

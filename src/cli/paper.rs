@@ -66,7 +66,7 @@ fn execute(
     if let Some(error) = args.accuracy {
         scene = scene.with_accuracy(error)?;
     }
-    scene.joint()?;
+    scene.ball_on_beam()?;
     if let Some(seed) = args.seed {
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }

@@ -1,6 +1,13 @@
 //! A bar on the standard error while a run goes on; nothing where that is no terminal.
 
+use std::sync::Arc;
+
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::report::print_warning;
+
+/// Prints a line beside a bar, from any thread.
+pub(super) type Teller = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// Progress in simulated time, or in shares of the work.
 pub(super) struct Progress {
@@ -45,6 +52,12 @@ impl Progress {
     pub fn step(&self, share: f64, name: &'static str) {
         self.bar.set_message(name);
         self.reach(share);
+    }
+
+    /// Prints warnings above the bar.
+    pub fn teller(&self) -> Teller {
+        let bar = self.bar.clone();
+        Arc::new(move |words| bar.suspend(|| print_warning(words)))
     }
 
     /// Simulated time reached, s.

@@ -16,7 +16,7 @@ use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
 use crate::VERSION;
 use crate::pipeline::message::Summary;
-use crate::scene::{PRESETS, Scene, SceneError, SceneWarning};
+use crate::scene::{Held, PRESETS, Scene, SceneError, SceneWarning};
 use crate::study::growth::peak_memory;
 
 const BAD: Style = AnsiColor::Red.on_default().bold();
@@ -473,8 +473,9 @@ pub(super) fn degrees(radians: f64) -> f64 {
 /// # Errors
 /// When the JSON file cannot be written.
 pub fn deliver(report: &impl Report, json: Option<&OutputFile>) -> Result<(), OutputError> {
-    write_json(report, json)?;
-    print(&report.text())
+    let written = write_json(report, json);
+    print(&report.text())?;
+    written
 }
 
 /// Writes a result as JSON, where a file is given.
@@ -527,7 +528,16 @@ pub fn print_warnings(warnings: &[SceneWarning]) {
 
 /// Prints a warning to the standard error.
 pub fn print_warning(warning: &str) {
-    anstream::eprintln!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}");
+    tell(&format!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}"));
+}
+
+/// Says on the standard error what is held where, though it varies in the scene.
+pub fn print_held(held: Held) {
+    if let Some(words) = held.words() {
+        print_warning(&format!(
+            "the scene changes with time; here it is held at its first values: {words}"
+        ));
+    }
 }
 
 /// Prints an error and what caused it to the standard error, on one line.
@@ -538,7 +548,13 @@ pub fn print_error(error: &CliError) {
         let _ = write!(message, ": {error}");
         cause = error.source();
     }
-    anstream::eprintln!("{BAD}error:{BAD:#} {message}");
+    tell(&format!("{BAD}error:{BAD:#} {message}"));
+}
+
+/// Prints a line to the standard error. That nobody hears it, as when it goes into a file on a full disk,
+/// changes nothing of what is told.
+fn tell(line: &str) {
+    let _ = writeln!(anstream::stderr(), "{line}");
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::args::RunArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all};
-use super::progress::Progress;
+use super::progress::{Progress, Teller};
 use super::report::{self, FileReport, RunReport};
 use crate::pipeline::message::Summary;
 use crate::scene::{DEFAULT_SCENE, Scene};
@@ -32,6 +32,8 @@ pub(super) struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// To be told the simulated time reached (s), from any thread.
     pub progress: &'a (dyn Fn(f64) + Sync),
+    /// To be told what happens that is no error, in a line.
+    pub notice: Teller,
 }
 
 /// Who watches a run.
@@ -82,6 +84,7 @@ fn execute(
         viewer: viewer(args),
         stop,
         progress: &|time| progress.reach(time),
+        notice: progress.teller(),
     });
     // The bar goes before anything else is printed.
     drop(progress);

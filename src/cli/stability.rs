@@ -7,7 +7,7 @@ use super::error::{Cause, CliError};
 use super::output::check_all;
 use super::report::{self, ModeReport, StabilityReport, TiltReport};
 use crate::VERSION;
-use crate::scene::{DEFAULT_SCENE, Scene, SceneError, Schedule};
+use crate::scene::{DEFAULT_SCENE, Held, Scene, SceneError, Schedule};
 
 /// Runs the command; `analyse` gives the modes of a scene's joint at each of the tilts (rad), with their
 /// causes or without.
@@ -20,6 +20,10 @@ pub(super) fn stability(
 ) -> Result<(), CliError> {
     let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
     report::print_warnings(&scene.warnings());
+    report::print_held(Held {
+        tilt: None,
+        ..scene.joint()?.held_at_first()
+    });
     let tilts_deg = match &args.tilt {
         Some(sweep) => sweep.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
@@ -49,10 +53,9 @@ pub(super) fn stability(
     Ok(report::deliver(&report, json.as_ref())?)
 }
 
-/// The tilts at a schedule's knots in degrees, each once, in order.
+/// The tilts that a schedule is made of in degrees, each once, in order.
 fn tilts_of(tilt: &Schedule) -> Vec<f64> {
-    let knots = tilt.knots().iter();
-    let mut tilts: Vec<_> = knots.map(|knot| report::degrees(knot.1)).collect();
+    let mut tilts: Vec<_> = tilt.values().into_iter().map(report::degrees).collect();
     tilts.sort_by(f64::total_cmp);
     tilts.dedup();
     tilts

@@ -14,7 +14,7 @@ use super::progress::Progress;
 use super::report::{self, FileReport, Report};
 use super::run::command_line;
 use super::sweep_report::SweepReport;
-use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
+use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable,
@@ -60,6 +60,7 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
+    report::print_held(held(&plan));
     let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
@@ -366,6 +367,17 @@ fn warn_of_tear(path: &Path, table: &SweepTable) {
             path.display(),
             table.points.len()
         ));
+    }
+}
+
+/// Where the sweep holds what varies in its scene; a tilt that is swept is not held.
+fn held(plan: &SweepPlan) -> Held {
+    let joint = plan.scene.joint();
+    let held = joint.map_or_else(|_| Held::default(), TiltedJoint::held_at_first);
+    let sweeps_tilt = plan.axes.iter().any(|a| a.parameter() == Parameter::tilt());
+    Held {
+        tilt: held.tilt.filter(|_| !sweeps_tilt),
+        ..held
     }
 }
 

@@ -249,7 +249,7 @@ fn bad_input_is_found_before_any_work() {
     };
     let bad = [
         over(&["contact.stifness_factor=1:2:1"]),
-        over(&["contact.stiffness_factor=1:2000:500"]),
+        over(&["contact.stiffness_factor=1:20000:5000"]),
         over(&["contact.nodes=1:2:0.3"]),
         over(&["load_n=1:2:1", "load_n=1:2:1"]),
         over(&["load_n=1:2:1", "nodes=1:2:1", "seed=1:2:1"]),

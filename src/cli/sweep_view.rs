@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::analysis::AnalysisError;
 use crate::fem::ModeKind;
-use crate::joint::BallJoint;
+use crate::joint::{AssemblyError, BallJoint};
 use crate::pipeline::message::{Outline, Peak};
 use crate::record::sweep::{
     BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
@@ -73,24 +73,28 @@ pub(super) fn sweep_view(
 }
 
 /// Ball and beam with one mode of each family.
-pub(super) fn body_view(ball: &BallJoint) -> BodyView {
+///
+/// # Errors
+/// If the modes come from a file.
+pub(super) fn body_view(ball: &BallJoint) -> Result<BodyView, AssemblyError> {
     /// Rings and meridians.
     const OUTLINE: [usize; 2] = [60, 24];
-    let mesh = ball.body().outline(OUTLINE[0], OUTLINE[1]);
-    let modes = ball.body().families().into_iter().map(|family| ShapeView {
+    let body = ball.body()?;
+    let mesh = body.outline(OUTLINE[0], OUTLINE[1]);
+    let modes = body.families().into_iter().map(|family| ShapeView {
         name: family.name,
         frequency: ball.frequencies_hz()[family.mode],
         mode: family.mode,
-        turns: ball.body().modes()[family.mode].kind == ModeKind::Torsion,
+        turns: body.modes()[family.mode].kind == ModeKind::Torsion,
     });
-    BodyView {
+    Ok(BodyView {
         modes: modes.collect(),
         outline: Outline {
             vertices: mesh.vertices,
             triangles: mesh.triangles,
             shapes: mesh.shapes,
         },
-    }
+    })
 }
 
 /// How points were started, in words.

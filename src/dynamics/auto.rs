@@ -14,7 +14,16 @@
 //!   and again; [`PATIENCE`] of them, with few others between, are enough, and more each time after
 //!   the implicit steps were in vain;
 //! * in implicit steps it is the largest eigenvalue of the force's Jacobian, by the power method.
-//!   [`HASTE`] steps that lie within [`WORTH`] times the bound are enough.
+//!   [`HASTE`] steps that lie within [`WORTH`] times the bound are enough, and more each time after
+//!   the explicit steps were in vain.
+//!
+//! Both rates are those of a smooth law, and a law as sharp as dry friction can hide from them: explicit
+//! steps then hop from one side of rest to the other, far beyond the creep region in which the law is
+//! steep, and what they see of it is the jump of a force over a change of velocity that the step itself
+//! has made, `h rho` about 1, however short the step. What tells is how far the other method got. So
+//! the mean step of each is remembered while the other is at work, explicit steps [`PRICE`] times as
+//! short as implicit ones count as held down, and implicit steps are tried where explicit ones have
+//! become shorter than [`TINY`] for no reason that the rates know of.
 //!
 //! A change costs one call. Both methods have dense output of order 4.
 
@@ -49,8 +58,18 @@ const RELIEF: u32 = 6;
 /// ones.
 const WORTH: f64 = 2.5;
 
-/// So many implicit steps that are too short, one after another, call for explicit ones.
+/// So many implicit steps that are too short, one after another, call for explicit ones, at first.
 const HASTE: u32 = 3;
+
+/// And at most so many.
+const MOST_HASTE: u32 = 480;
+
+/// Explicit steps for the price of an implicit one.
+const PRICE: f64 = 3.0;
+
+/// Explicit steps shorter than this over the fastest natural frequency follow no vibration: something
+/// else holds them down.
+const TINY: f64 = 1e-3;
 
 /// Both methods, of which one is at work.
 #[derive(Clone, Debug)]
@@ -76,40 +95,71 @@ struct Watch {
     misses: u32,
     /// Steps of the method at work.
     stay: u32,
+    /// The time that they have covered, s.
+    covered: f64,
+    /// Mean step of the other method when it was last at work, s; zero before.
+    other: f64,
     /// Explicit steps that it takes to call for implicit ones: more after those have been in vain.
     patience: u32,
+    /// Implicit steps that it takes to call for explicit ones: more after those have been in vain.
+    haste: u32,
 }
 
 impl Watch {
-    fn new(patience: u32) -> Self {
+    fn new() -> Self {
         Self {
             last: None,
             hits: 0,
             misses: 0,
             stay: 0,
-            patience,
+            covered: 0.0,
+            other: 0.0,
+            patience: PATIENCE,
+            haste: HASTE,
         }
     }
 
     /// Starts afresh, the other method at work.
     fn change(&mut self, was_implicit: bool) {
-        *self = Self::new(match was_implicit {
-            false => self.patience,
-            true if self.stay < BRIEF => MOST_PATIENCE.min(2 * self.patience),
-            true => PATIENCE,
-        });
+        let mean = self.covered / f64::from(self.stay.max(1));
+        let (mut patience, mut haste) = (self.patience, self.haste);
+        if was_implicit {
+            // Implicit steps that got no further for their price were in vain, as far as that is known.
+            let further = self.other > 0.0 && mean > PRICE * self.other;
+            patience = if self.stay < BRIEF && !further {
+                MOST_PATIENCE.min(2 * patience)
+            } else {
+                PATIENCE
+            };
+        } else if self.other > 0.0 {
+            haste = if PRICE * mean < self.other {
+                MOST_HASTE.min(2 * haste)
+            } else {
+                HASTE
+            };
+        }
+        *self = Self {
+            other: mean,
+            patience,
+            haste,
+            ..Self::new()
+        };
     }
 
-    /// Counts the last step; whether the other method should take the next one.
-    fn is_due(&mut self, is_implicit: bool) -> bool {
+    /// Counts the last step, of length `h` (s), of a system whose fastest natural frequency is `omega`
+    /// (rad/s); whether the other method should take the next one.
+    fn is_due(&mut self, is_implicit: bool, h: f64, omega: f64) -> bool {
         let Some(last) = self.last.take() else {
             return false;
         };
         self.stay += 1;
+        self.covered += h;
         let (hit, enough, relief) = if is_implicit {
-            (last < WORTH * BOUND, HASTE, 1)
+            (last < WORTH * BOUND, self.haste, 1)
         } else {
-            (last > NEAR * BOUND, self.patience, RELIEF)
+            // After a change of the law the last step has no length.
+            let short = h > 0.0 && (PRICE * h < self.other || h * omega < TINY);
+            (last > NEAR * BOUND || short, self.patience, RELIEF)
         };
         if hit {
             self.hits += 1;
@@ -143,7 +193,7 @@ impl Auto {
             explicit,
             implicit,
             is_implicit: false,
-            watch: Watch::new(PATIENCE),
+            watch: Watch::new(),
             led: None,
             difference: vec![0.0; n],
         }
@@ -243,7 +293,9 @@ impl Stepper for Auto {
     }
 
     fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
-        let due = self.watch.is_due(self.is_implicit);
+        let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
+        let h = self.step().length();
+        let due = self.watch.is_due(self.is_implicit, h, fastest);
         if self.led.map_or(due, |led| led != self.is_implicit) {
             self.switch(sys, status, tally);
         }

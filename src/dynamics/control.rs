@@ -223,6 +223,12 @@ impl Controller {
         (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
     }
 
+    /// The step (s) below which an integration crawls: a million of them cover no more than a tenth of
+    /// the longest.
+    pub fn crawl(&self) -> f64 {
+        1e-7 * self.max_step
+    }
+
     /// The relative error allowed in a step.
     pub fn tolerance(&self) -> f64 {
         self.accuracy.relative
@@ -277,5 +283,60 @@ impl Controller {
             Self::SHRINK
         };
         self.rejected = true;
+    }
+}
+
+/// The longest step (s) with which the classical Runge-Kutta method keeps `exp(rate t)` from growing,
+/// for a rate `[real, imaginary]` (1/s). What grows by itself may grow: its real part counts as zero.
+/// Infinite for a rate of zero.
+///
+/// The method multiplies by `R(x) = 1 + x + x^2/2 + x^3/6 + x^4/24`, `x = rate h`, which stays within the
+/// unit circle up to `h |rate| = 2.785` on the real axis and `2 sqrt(2)` on the imaginary one.
+pub fn longest_rk4_step(rate: [f64; 2]) -> f64 {
+    let [re, im] = [rate[0].min(0.0), rate[1]];
+    let size = re.hypot(im);
+    if size == 0.0 {
+        return f64::INFINITY;
+    }
+    let [re, im] = [re / size, im / size];
+    let growth = |x: f64| {
+        // Horner's scheme of R at x (re + i im).
+        let (mut a, mut b) = (1.0, 0.0);
+        for k in [4.0, 3.0, 2.0, 1.0] {
+            (a, b) = (1.0 + x / k * (re * a - im * b), x / k * (re * b + im * a));
+        }
+        a.hypot(b)
+    };
+    // The border is crossed once, beyond 2.5 and before 3.5 in all directions of the left half plane.
+    let (mut low, mut high) = (2.5, 3.5);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if growth(middle) <= 1.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low / size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_rk4_step;
+
+    #[test]
+    fn fixed_steps_end_at_the_border_of_stability() {
+        let close = |got: f64, want: f64| assert!((got / want - 1.0).abs() < 1e-6, "{got} {want}");
+        close(longest_rk4_step([0.0, 2.0]), 2.0_f64.sqrt());
+        close(longest_rk4_step([-10.0, 0.0]), 0.278_529_356_3);
+        // What grows is followed as if it did not.
+        assert_eq!(longest_rk4_step([7.0, 2.0]), longest_rk4_step([0.0, 2.0]));
+        assert_eq!(longest_rk4_step([0.0, 0.0]), f64::INFINITY);
+        // Everywhere in between the method just neither grows nor shrinks there.
+        for k in 0..=90 {
+            let (im, re) = f64::from(k).to_radians().sin_cos();
+            let h = longest_rk4_step([-re, im]);
+            assert!((2.5..3.5).contains(&h), "{k}: {h}");
+        }
     }
 }

@@ -8,9 +8,9 @@ pub enum DynamicsError {
     /// The state, or the right-hand side at it, is infinite or not a number, however short the
     /// step. The integrator still holds the last good state.
     #[error(
-        "component {component} of the state is not finite at t = {time} s (the state was good up \
-         to t = {last_good_time} s): check the force and the initial state; with a fixed step, \
-         make it shorter"
+        "{} is not finite at t = {time} s (the state was good up to t = {last_good_time} s): check the \
+         force and the initial state; with a fixed step, make it shorter",
+        place(*.component, *.modes, .part)
     )]
     NonFinite {
         /// End of the step that failed, s.
@@ -20,13 +20,22 @@ pub enum DynamicsError {
         /// Index of the first offending component of `[q | q' | w]`. A force on a mode spoils both
         /// `q` and `q'` of it.
         component: usize,
+        /// The number of modes, which says what the component is.
+        modes: usize,
+        /// The part of the system whose force is not finite next to the last good state, where the
+        /// system knows of one ([`System::part_at_fault`](super::System::part_at_fault)).
+        part: Option<String>,
+        /// The last good state, at `last_good_time`; empty where there never was one.
+        last_good_state: Vec<f64>,
     },
     /// The error stays above the tolerance down to the shortest step worth taking.
     /// The integrator still holds the last good state.
     #[error(
         "at t = {time} s the error is {error_ratio:.1e} times the tolerance even with a step of \
-         {step:e} s, about the shortest worth taking: loosen the tolerance, raise its floor above the \
-         rounding noise of the force, or look for a jump or a singularity of the force"
+         {step:e} s, about the shortest worth taking: either the force changes within that step (a law too \
+         stiff for an explicit method: take rodas5p or auto; a jump; a state so fast that it crosses the \
+         contact in it: start with less, or take a shorter longest step), or its rounding noise is above \
+         the tolerance (loosen that, or raise its floor)"
     )]
     StepUnderflow {
         /// Time of the last good state, s.
@@ -35,6 +44,21 @@ pub enum DynamicsError {
         step: f64,
         /// Estimated error of that step over what the tolerance allows.
         error_ratio: f64,
+    },
+    /// The steps have become so short, and stay so, that the end will not be seen.
+    /// The integrator still holds the last good state.
+    #[error(
+        "at t = {time} s the last {steps} steps have all been shorter than {step:e} s, and the time hardly \
+         goes on: the law is too stiff for this method; take an implicit one (rodas5p, auto), loosen the \
+         tolerance, or choose a shorter longest step to go on all the same"
+    )]
+    Stalled {
+        /// Time reached, s.
+        time: f64,
+        /// Length that none of the steps reached, s.
+        step: f64,
+        /// How many there were.
+        steps: u64,
     },
     /// A parameter of the method is out of its range.
     #[error("{name} of the integrator is {value:e}: choose it {allowed}")]
@@ -122,4 +146,17 @@ pub enum DynamicsError {
         /// Which vector.
         vector: usize,
     },
+}
+
+/// What is not finite, in words. Modes are counted from 1, as scenes do.
+fn place(component: usize, modes: usize, part: &Option<String>) -> String {
+    let of = match part {
+        Some(part) => format!(" by the force of {part}"),
+        None => String::new(),
+    };
+    match component {
+        q if q < modes => format!("coordinate q{} of the state{of}", q + 1),
+        v if v < 2 * modes => format!("velocity qdot{} of the state{of}", v - modes + 1),
+        w => format!("component {w} of the state, of first order,{of}"),
+    }
 }

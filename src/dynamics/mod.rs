@@ -93,7 +93,7 @@ mod tangents;
 mod tests;
 mod trigonometry;
 
-pub use control::Accuracy;
+pub use control::{Accuracy, longest_rk4_step};
 pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method};

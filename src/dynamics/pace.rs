@@ -1,11 +1,15 @@
 //! Taking steps: try, judge, accept or shorten.
 
 use super::control::{Control, Size};
-use super::stepper::Stepper;
+use super::stepper::{Step, Stepper};
 use super::{DynamicsError, System, Tally};
 
 /// A step may be stretched by this much to end where it must, rather than leave a sliver.
 const STRETCH: f64 = 1.0 + 1e-6;
+
+/// So many steps in a row that crawl ([`Controller::crawl`](super::control::Controller::crawl)) end the
+/// integration: some seconds of work, for nothing that can be seen.
+const MOST_CRAWLING: u64 = 1_000_000;
 
 /// What decides on the steps of an integration, and what is counted and known of its state.
 #[derive(Clone, Debug)]
@@ -16,6 +20,8 @@ pub(super) struct Pace {
     pub omega: Vec<f64>,
     /// Size of the present state; of its first-order components, the largest since the start.
     pub size: Size,
+    /// Steps in a row that were too short to get anywhere.
+    pub crawling: u64,
     /// Work done.
     pub tally: Tally,
     /// The largest error over the one allowed among the steps accepted since it was last asked for;
@@ -38,7 +44,7 @@ impl Pace {
         stepper.refresh(sys, status, &mut self.tally);
         let size = Size::of(&stepper.step().end, &self.omega);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
-            return Err(non_finite(stepper, stepper.step().end_time));
+            return Err(non_finite(stepper, sys, stepper.step().end_time));
         }
         self.remember(size);
         Ok(())
@@ -101,7 +107,7 @@ impl Pace {
                 }
                 self.tally.steps += 1;
                 self.remember(size);
-                return Ok(());
+                return self.check_progress(end, end - start);
             }
 
             self.tally.rejections += 1;
@@ -120,12 +126,33 @@ impl Pace {
                         error_ratio: ratio,
                     }
                 } else {
-                    non_finite(stepper, start)
+                    non_finite(stepper, sys, start)
                 };
                 stepper.rewind();
                 return Err(failure);
             }
         }
+    }
+
+    /// Counts steps that are too short to get anywhere, and gives up after too many: the last one, of
+    /// length `h` (s), ended at time `t` (s).
+    fn check_progress(&mut self, t: f64, h: f64) -> Result<(), DynamicsError> {
+        let Control::Adaptive(controller) = &self.control else {
+            return Ok(());
+        };
+        if h >= controller.crawl() {
+            self.crawling = 0;
+            return Ok(());
+        }
+        self.crawling += 1;
+        if self.crawling < MOST_CRAWLING {
+            return Ok(());
+        }
+        Err(DynamicsError::Stalled {
+            time: t,
+            step: controller.crawl(),
+            steps: std::mem::take(&mut self.crawling),
+        })
     }
 
     /// Takes the stepper's last step back.
@@ -149,7 +176,11 @@ impl Pace {
 }
 
 /// The error for a step that failed on a number that is not finite.
-fn non_finite<M: Stepper>(stepper: &M, last_good_time: f64) -> DynamicsError {
+fn non_finite<Y, M>(stepper: &M, sys: &Y, last_good_time: f64) -> DynamicsError
+where
+    Y: System + ?Sized,
+    M: Stepper,
+{
     let step = stepper.step();
     let worst = |values: &[f64]| values.iter().position(|x| !x.is_finite());
     let component = worst(&step.end)
@@ -158,9 +189,37 @@ fn non_finite<M: Stepper>(stepper: &M, last_good_time: f64) -> DynamicsError {
         // All finite, but too large to be added up.
         .or_else(|| step.end.iter().position(|x| x.abs() > 1e-4 * f64::MAX))
         .unwrap_or(0);
+    let known = worst(&step.start).is_none();
     DynamicsError::NonFinite {
         time: step.end_time,
         last_good_time,
         component,
+        modes: sys.modes(),
+        part: known.then(|| part_at_fault(step, sys)).flatten(),
+        last_good_state: if known {
+            step.start.clone()
+        } else {
+            Vec::new()
+        },
     }
+}
+
+/// The part of the system that is at fault where a step from a good state failed. The stages of the
+/// step are spoilt by then: it is looked for along the slope of the good state, at which the step was
+/// aimed.
+fn part_at_fault<Y: System + ?Sized>(step: &Step, sys: &Y) -> Option<String> {
+    let (t, h) = (step.start_time, step.length());
+    let mut slope = vec![0.0; sys.dim()];
+    sys.rhs(t, &step.start, &mut slope);
+    // Where the force at the good state itself is no number, its slope leads nowhere.
+    let here = sys.part_at_fault(t, &step.start);
+    here.or_else(|| {
+        // A fixed step may have gone wrong well behind where the slope leads.
+        [0.5, 1.0, 2.0].into_iter().find_map(|share| {
+            let ahead = step.start.iter().zip(&slope);
+            let ahead: Vec<f64> = ahead.map(|(z, slope)| z + share * h * slope).collect();
+            let known = ahead.iter().all(|z| z.is_finite());
+            known.then(|| sys.part_at_fault(t + share * h, &ahead))?
+        })
+    })
 }

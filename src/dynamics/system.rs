@@ -50,6 +50,12 @@ pub trait System {
         None
     }
 
+    /// The part of the system, such as `contact node 17`, whose force on the modes is not finite at a
+    /// state, for the message of a run that ends there; `None` where there is none, or it is not known.
+    fn part_at_fault(&self, _t: f64, _z: &[f64]) -> Option<String> {
+        None
+    }
+
     /// Whether the law itself does not change with time. The phase of a drive has no exponent, so
     /// that what exponents of zero mean depends on this ([`Motion`](super::Motion)).
     fn is_autonomous(&self) -> bool {

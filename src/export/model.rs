@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-use super::{Array, OutputError, encode_npz, read_npz, replace_file};
+use super::{OutputError, replace_file};
 use crate::joint::{Constant, ContactDamping, Friction, Joint, Model, Stribeck};
+use crate::numpy::{Array, NpzError, encode_npz, read_npz};
 
 /// Version of the layout; it rises when an array changes its meaning.
 pub const MODEL_VERSION: f64 = 1.0;
@@ -141,9 +142,11 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
 /// # Errors
 /// If the file cannot be read, an array is missing or its shape does not fit the others.
 pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
-    let mut reader = ModelReader {
-        arrays: read_npz(path)?,
-    };
+    let arrays = read_npz(path).map_err(|fault| match fault {
+        NpzError::Unreadable(fault) => fault,
+        fault => io::Error::new(io::ErrorKind::InvalidData, fault),
+    })?;
+    let mut reader = ModelReader { arrays };
     let n = reader.length("areas")?;
     let m = reader.length("omega")?;
     let version = reader.take("version", &[])?[0];

@@ -5,9 +5,9 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use super::file::{failed, nameless_beside};
-use super::npz::NpzWriter;
 use super::replace_file;
-use crate::pipeline::message::{Frame, Record};
+use crate::numpy::NpzWriter;
+use crate::pipeline::message::{Frame, JointInfo, Record};
 use crate::pipeline::{Sink, SinkError};
 
 /// A sink that writes the samples at the end. Until then they wait in files without a name beside it,
@@ -15,10 +15,12 @@ use crate::pipeline::{Sink, SinkError};
 ///
 /// Arrays, for `s` samples and `m` modes from t = 0: `t` (s), `q` (s, m) and `qdot` (s, m) in the
 /// perturbation from the equilibrium (the coordinates of `z0` in a model file), `u` and `v`
-/// (Eq. 24 and its rate), `tilt_deg`.
+/// (Eq. 24 and its rate), `tilt_deg`; `load_n` and `rotation_factor` of a joint where they vary.
 #[derive(Debug)]
 pub struct SamplesSink {
     path: PathBuf,
+    /// Names of the arrays besides [`NAMES`].
+    more: Vec<&'static str>,
     /// From the first samples on.
     waiting: Option<Waiting>,
 }
@@ -28,6 +30,7 @@ impl SamplesSink {
     pub fn new(path: PathBuf) -> Self {
         Self {
             path,
+            more: Vec::new(),
             waiting: None,
         }
     }
@@ -35,13 +38,25 @@ impl SamplesSink {
 
 impl Sink for SamplesSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        if let Record::Samples(frame) = record {
-            let kept = match &mut self.waiting {
-                Some(waiting) => waiting.keep(&frame),
-                None => Waiting::beside(&self.path)
-                    .and_then(|waiting| self.waiting.insert(waiting).keep(&frame)),
-            };
-            kept.map_err(|fault| failed(&self.path, fault))?;
+        match record {
+            Record::Header(header) => {
+                let joint = header.joint();
+                let varies = [
+                    (LOAD, joint.is_some_and(JointInfo::load_varies)),
+                    (ROTATION, joint.is_some_and(JointInfo::rotation_varies)),
+                ];
+                let varying = varies.into_iter().filter(|(_, varies)| *varies);
+                self.more = varying.map(|(name, _)| name).collect();
+            }
+            Record::Samples(frame) => {
+                let kept = match &mut self.waiting {
+                    Some(waiting) => waiting.keep(&frame),
+                    None => Waiting::beside(&self.path, &self.more)
+                        .and_then(|waiting| self.waiting.insert(waiting).keep(&frame)),
+                };
+                kept.map_err(|fault| failed(&self.path, fault))?;
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -49,53 +64,63 @@ impl Sink for SamplesSink {
     fn finish(&mut self) -> Result<(), SinkError> {
         let waiting = match self.waiting.take() {
             Some(waiting) => waiting,
-            None => Waiting::beside(&self.path).map_err(|fault| failed(&self.path, fault))?,
+            None => Waiting::beside(&self.path, &self.more)
+                .map_err(|fault| failed(&self.path, fault))?,
         };
         Ok(replace_file(&self.path, |file| waiting.write(file))?)
     }
 }
 
-/// Names of the arrays.
+/// Names of the arrays that every run has.
 const NAMES: [&str; 6] = ["t", "q", "qdot", "u", "v", "tilt_deg"];
+/// Names of those of what varies.
+const LOAD: &str = "load_n";
+const ROTATION: &str = "rotation_factor";
 
 /// Samples that wait to be written: an array of a file must be in one piece, but its numbers come
 /// frame by frame.
 #[derive(Debug)]
 struct Waiting {
     samples: usize,
-    /// An array each, in the order of [`NAMES`].
-    spools: [Spool; 6],
+    /// The arrays by name.
+    spools: Vec<(&'static str, Spool)>,
 }
 
 impl Waiting {
-    /// In the folder of the file that they will be written to.
-    fn beside(path: &Path) -> io::Result<Self> {
-        let spool = || {
-            Ok::<_, io::Error>(Spool {
-                file: BufWriter::new(nameless_beside(path)?),
-                count: 0,
-            })
-        };
+    /// In the folder of the file that they will be written to; with `more` arrays than every run has.
+    fn beside(path: &Path, more: &[&'static str]) -> io::Result<Self> {
+        let names = NAMES.iter().chain(more);
+        let spools = names.map(|&name| {
+            let file = BufWriter::new(nameless_beside(path)?);
+            Ok((name, Spool { file, count: 0 }))
+        });
         Ok(Self {
             samples: 0,
-            spools: [spool()?, spool()?, spool()?, spool()?, spool()?, spool()?],
+            spools: spools.collect::<io::Result<_>>()?,
         })
     }
 
     fn keep(&mut self, frame: &Frame) -> io::Result<()> {
-        let [t, q, qdot, u, v, tilt] = &mut self.spools;
-        self.samples += frame.len();
-        t.extend((0..frame.len()).map(|k| frame.time(k)))?;
-        q.extend(frame.q.iter().copied())?;
-        qdot.extend(frame.qdot.iter().copied())?;
-        u.extend(frame.displacement.iter().copied())?;
-        v.extend(frame.velocity.iter().copied())?;
-        tilt.extend(std::iter::repeat_n(frame.tilt.to_degrees(), frame.len()))
+        let samples = frame.len();
+        self.samples += samples;
+        for (name, spool) in &mut self.spools {
+            match *name {
+                "t" => spool.extend((0..samples).map(|k| frame.time(k))),
+                "q" => spool.extend(frame.q.iter().copied()),
+                "qdot" => spool.extend(frame.qdot.iter().copied()),
+                "u" => spool.extend(frame.displacement.iter().copied()),
+                "v" => spool.extend(frame.velocity.iter().copied()),
+                LOAD => spool.extend(std::iter::repeat_n(frame.load, samples)),
+                ROTATION => spool.extend(std::iter::repeat_n(frame.rotation_factor, samples)),
+                _ => spool.extend(std::iter::repeat_n(frame.tilt.to_degrees(), samples)),
+            }?;
+        }
+        Ok(())
     }
 
     fn write(self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let mut npz = NpzWriter::new(out);
-        for (name, spool) in NAMES.into_iter().zip(self.spools) {
+        for (name, spool) in self.spools {
             let columns = spool.count.checked_div(self.samples).unwrap_or(0);
             let shape = [self.samples, columns];
             let shape = match name {

@@ -149,7 +149,7 @@ mod tests {
         };
         let study = CostStudy {
             scene: "test".to_owned(),
-            held_at: None,
+            held: Default::default(),
             horizon: 4e-3,
             exponent: None,
             stopped: false,

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::joint::AssemblyError;
+
 /// Why there is no figure.
 #[derive(Debug, Error)]
 pub enum FigureError {
@@ -16,4 +18,7 @@ pub enum FigureError {
     /// It could not be turned into pixels.
     #[error("the figure could not be turned into pixels: {0}")]
     Raster(String),
+    /// There is no mesh to draw.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
 }

@@ -42,6 +42,7 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
             busy_seconds: 1.0,
         },
         tilt: Some(0.087),
+        held: Default::default(),
         transient: 0.25,
         tolerance: Some(1e-5),
         omega_1: 10_669.0,

@@ -2,6 +2,7 @@
 //!
 //! * [`equations`]: each equation of the paper and where it is; axes, signs, energy.
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
+//! * [`hard_cases`]: the hardest of them, one by one, with what was measured.
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
@@ -14,6 +15,9 @@ pub mod equations {}
 
 #[doc = include_str!("stability.md")]
 pub mod stability {}
+
+#[doc = include_str!("hard_cases.md")]
+pub mod hard_cases {}
 
 #[doc = include_str!("exponents.md")]
 pub mod exponents {}

@@ -5,7 +5,8 @@ use npyz::WriterBuilder;
 use proptest::prelude::*;
 
 use super::*;
-use crate::export::{Array, write_npz};
+use crate::export::write_npz;
+use crate::numpy::Array;
 
 /// A folder to put files in.
 struct Desk(tempfile::TempDir);
@@ -587,7 +588,7 @@ proptest! {
             1 => npy(&[10, 3], npyz::Order::C, &[1.5; 30]),
             2 => {
                 let mut out = std::io::Cursor::new(Vec::new());
-                crate::export::encode_npz(&mut out, &[("t", Array::vector(vec![0.0, 1.0]))]).unwrap();
+                crate::numpy::encode_npz(&mut out, &[("t", Array::vector(vec![0.0, 1.0]))]).unwrap();
                 out.into_inner()
             }
             _ => b"t;u\n0;1\n1;2\n2;5,5\n".to_vec(),

@@ -1,9 +1,14 @@
 //! From the parameters of a joint to its contact model at any tilt.
 
-use super::patch::{PatchPoint, normal_at, patch_direction, patch_points};
-use super::vector::{any_normal, cross, dot, scale, unit};
-use super::{Frequencies, Hertz, Joint, JointSpec, Model, StiffnessLaw};
-use crate::fem::{BodyModes, Families, FemError, ModeKind};
+use std::sync::Arc;
+
+use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::vector::{cross, dot, scale, unit};
+use super::{
+    BallOnBeam, BodySpec, Frequencies, Hertz, Joint, JointSpec, Model, OwnModes, OwnModesError,
+    StiffnessLaw,
+};
+use crate::fem::{BodyMode, BodyModes, Families, FemError, ModeKind, SurfaceMesh};
 
 /// Fig. 2 of the paper: natural frequencies, Hz.
 const PUBLISHED_BENDING: [f64; 4] = [1698.0, 4093.0, 7545.0, 12448.0];
@@ -45,14 +50,50 @@ pub enum AssemblyError {
         /// What the shape evaluation said.
         source: FemError,
     },
+    /// Modes from a file are known for one load only.
+    #[error("the modes of `{file}` do not go with this load: {problem}")]
+    OtherLoad {
+        /// The file.
+        file: String,
+        /// What differs.
+        problem: OwnModesError,
+    },
+    /// A mesh is needed, and the modes come from a file.
+    #[error(
+        "the modes come from `{file}`, and this needs the mesh of ball and beam; take a scene \
+         without body.modes"
+    )]
+    NoMesh {
+        /// The file.
+        file: String,
+    },
 }
 
-/// A ball joint whose tilt is still open: modes, Hertz contact and quadrature are fixed.
+/// A ball joint whose tilt is still open: modes and quadrature are fixed. Another load or rotation costs
+/// next to nothing, since neither reaches into the body.
 #[derive(Clone, Debug)]
 pub struct BallJoint {
     spec: JointSpec,
-    body: BodyModes,
     frequencies_hz: Vec<f64>,
+    body: Body,
+}
+
+/// What the modes at a contact node come from.
+#[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a joint has one body: its size does not matter"
+)]
+enum Body {
+    Meshed(Meshed),
+    Own(Arc<OwnModes>),
+}
+
+/// Finite elements under a Hertz contact.
+#[derive(Clone, Debug)]
+struct Meshed {
+    modes: BodyModes,
+    ball_radius: f64,
     hertz: Hertz,
     points: Vec<PatchPoint>,
 }
@@ -63,14 +104,26 @@ impl BallJoint {
     /// # Errors
     /// If the modes cannot be found, or have no published frequency though these are asked for.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
-        let body = &spec.body;
-        let modes = BodyModes::solve(
-            &body.geometry,
-            &body.material,
-            &body.elements,
-            &body.families,
-        )?;
-        Self::on_body(modes, spec)
+        match &spec.body {
+            BodySpec::BallOnBeam(body) => {
+                let modes = BodyModes::solve(
+                    &body.geometry,
+                    &body.material,
+                    &body.elements,
+                    &body.families,
+                )?;
+                Self::on_beam(modes, body, spec)
+            }
+            BodySpec::Own(modes) => Ok(Self {
+                spec: spec.clone(),
+                frequencies_hz: modes
+                    .omega()
+                    .iter()
+                    .map(|omega| omega / std::f64::consts::TAU)
+                    .collect(),
+                body: Body::Own(Arc::clone(modes)),
+            }),
+        }
     }
 
     /// A joint with other parameters. The modes are computed anew only where the body differs.
@@ -78,16 +131,20 @@ impl BallJoint {
     /// # Errors
     /// As [`BallJoint::new`].
     pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
-        if self.spec.body == spec.body {
-            Self::on_body(self.body, spec)
-        } else {
-            Self::new(spec)
+        match (self.body, &spec.body) {
+            (Body::Meshed(before), BodySpec::BallOnBeam(body)) if self.spec.body == spec.body => {
+                Self::on_beam(before.modes, body, spec)
+            }
+            _ => Self::new(spec),
         }
     }
 
     /// Lays out the patch on a body whose modes are known.
-    fn on_body(modes: BodyModes, spec: &JointSpec) -> Result<Self, AssemblyError> {
-        let body = &spec.body;
+    fn on_beam(
+        modes: BodyModes,
+        body: &BallOnBeam,
+        spec: &JointSpec,
+    ) -> Result<Self, AssemblyError> {
         let frequencies_hz = modes
             .modes()
             .iter()
@@ -108,20 +165,34 @@ impl BallJoint {
                 }
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let hertz = Hertz::new(
-            body.geometry.ball_diameter,
-            &body.material,
-            &spec.socket,
-            spec.load,
-        );
+        let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
         Ok(Self {
             spec: spec.clone(),
-            body: modes,
             frequencies_hz,
-            hertz,
-            points,
+            body: Body::Meshed(Meshed {
+                modes,
+                ball_radius: 0.5 * body.geometry.ball_diameter,
+                hertz,
+                points,
+            }),
         })
+    }
+
+    /// Presses the ball with another load (N, positive): the patch grows and shrinks with it, unless it
+    /// comes from a file.
+    pub fn set_load(&mut self, load: f64) {
+        self.spec.load = load;
+        if let (Body::Meshed(meshed), BodySpec::BallOnBeam(body)) =
+            (&mut self.body, &self.spec.body)
+        {
+            meshed.hertz = hertz_of(body, &self.spec);
+        }
+    }
+
+    /// Turns the ball with another rotation vector, rad/s.
+    pub fn set_rotation(&mut self, rotation: [f64; 3]) {
+        self.spec.rotation = rotation;
     }
 
     /// The parameters.
@@ -130,8 +201,51 @@ impl BallJoint {
     }
 
     /// The modes of ball and beam.
-    pub fn body(&self) -> &BodyModes {
-        &self.body
+    ///
+    /// # Errors
+    /// [`AssemblyError::NoMesh`] if the modes come from a file.
+    pub fn body(&self) -> Result<&BodyModes, AssemblyError> {
+        match &self.body {
+            Body::Meshed(meshed) => Ok(&meshed.modes),
+            Body::Own(own) => Err(AssemblyError::NoMesh {
+                file: own.name().to_owned(),
+            }),
+        }
+    }
+
+    /// What the body is, in a few words.
+    pub fn body_words(&self) -> String {
+        match &self.body {
+            Body::Meshed(_) => "Ball and beam".to_owned(),
+            Body::Own(own) => format!("Body of {}", own.name()),
+        }
+    }
+
+    /// Short names of the modes, in the order of the modal coordinates: `2nd bending x`, or of modes
+    /// from a file `mode 2`.
+    pub fn mode_labels(&self) -> Vec<String> {
+        self.labels(BodyMode::label)
+    }
+
+    /// As [`BallJoint::mode_labels`], the same for both modes of a bending pair: `2nd bending`.
+    pub fn family_labels(&self) -> Vec<String> {
+        self.labels(BodyMode::family_label)
+    }
+
+    fn labels(&self, of: impl Fn(&BodyMode) -> String) -> Vec<String> {
+        match &self.body {
+            Body::Meshed(meshed) => meshed.modes.modes().iter().map(of).collect(),
+            Body::Own(own) => (1..=own.modes()).map(|k| format!("mode {k}")).collect(),
+        }
+    }
+
+    /// The body's surface with mode shapes, for pictures; see [`BodyModes::outline`] for the spacing,
+    /// which a surface from a file has of its own. `None` if the file has none.
+    pub fn outline(&self, along: usize, round: usize) -> Option<SurfaceMesh> {
+        match &self.body {
+            Body::Meshed(meshed) => Some(meshed.modes.outline(along, round)),
+            Body::Own(own) => own.surface().cloned(),
+        }
     }
 
     /// The natural frequencies in use, Hz, in the order of the modal coordinates.
@@ -139,19 +253,21 @@ impl BallJoint {
         &self.frequencies_hz
     }
 
-    /// The Hertz contact.
-    pub fn hertz(&self) -> &Hertz {
-        &self.hertz
-    }
-
-    /// Radius of the contact patch, m: Hertz times the scene's factor.
+    /// Radius of the contact patch, m: Hertz times the scene's factor, or of a patch from a file that
+    /// of a disc as large.
     pub fn patch_radius(&self) -> f64 {
-        self.hertz.radius * self.spec.contact.radius_factor
+        match &self.body {
+            Body::Meshed(meshed) => meshed.hertz.radius * self.spec.contact.radius_factor,
+            Body::Own(own) => own.patch_radius(),
+        }
     }
 
     /// Radius of the ball, m.
     pub fn ball_radius(&self) -> f64 {
-        0.5 * self.spec.body.geometry.ball_diameter
+        match &self.body {
+            Body::Meshed(meshed) => meshed.ball_radius,
+            Body::Own(own) => own.ball_radius(),
+        }
     }
 
     /// Unit vector from the ball's centre to the centre of the patch at a tilt (rad).
@@ -170,8 +286,25 @@ impl BallJoint {
     /// The contact model with the load tilted by `tilt` (rad).
     ///
     /// # Errors
-    /// If the patch reaches into the beam.
+    /// If the patch reaches into the beam, or is that of a file for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
+        match &self.body {
+            Body::Meshed(meshed) => self.hertz_model(meshed, tilt),
+            Body::Own(own) => {
+                let direction = self.direction(tilt);
+                own.check_load(self.spec.load, direction)
+                    .map_err(|problem| AssemblyError::OtherLoad {
+                        file: own.name().to_owned(),
+                        problem,
+                    })?;
+                Ok(own.model(&self.spec, direction))
+            }
+        }
+    }
+
+    /// The model of nodes on a Hertz patch.
+    fn hertz_model(&self, meshed: &Meshed, tilt: f64) -> Result<Model, AssemblyError> {
+        let (body, points, hertz) = (&meshed.modes, &meshed.points, &meshed.hertz);
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
         let direction = self.direction(tilt);
         let m = self.frequencies_hz.len();
@@ -181,27 +314,21 @@ impl BallJoint {
             source,
         };
         let patch_area = std::f64::consts::PI * radius * radius;
-        let normals: Vec<_> = self
-            .points
+        let normals: Vec<_> = points
             .iter()
             .map(|point| normal_at(point, direction, self.spec.azimuth, radius, ball_radius))
             .collect();
-        let mut shapes = vec![[0.0; 3]; self.points.len() * m];
+        let mut shapes = vec![[0.0; 3]; points.len() * m];
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
-            self.body.shapes_at_ball(*normal, row).map_err(on_beam)?;
+            body.shapes_at_ball(*normal, row).map_err(on_beam)?;
         }
-        let areas: Vec<f64> = self
-            .points
-            .iter()
-            .map(|point| point.area * patch_area)
-            .collect();
-        let pre_stress: Vec<f64> = self
-            .points
+        let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
+        let pre_stress: Vec<f64> = points
             .iter()
             .zip(&areas)
             .map(|(point, area)| point.load * self.spec.load / area)
             .collect();
-        let mean = self.spec.contact.stiffness_factor * self.hertz.stiffness() / patch_area;
+        let mean = self.spec.contact.stiffness_factor * hertz.stiffness() / patch_area;
         let stiffness = match self.spec.contact.stiffness {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
             StiffnessLaw::LikePreStress => pre_stress
@@ -214,12 +341,13 @@ impl BallJoint {
             .iter()
             .map(|x| cross(self.spec.rotation, *x))
             .collect();
-        // Eq. (24): the row of the central contact point along its sliding direction.
+        // Eq. (24): the row of the central contact point along its sliding direction; at rest, where
+        // there is none, along the tilt, so that it turns with the azimuth like all the rest.
         let mut centre = vec![[0.0; 3]; m];
-        self.body
-            .shapes_at_ball(direction, &mut centre)
+        body.shapes_at_ball(direction, &mut centre)
             .map_err(on_beam)?;
-        let along = unit(self.sliding_velocity(tilt)).unwrap_or_else(|| any_normal(direction));
+        let along = unit(self.sliding_velocity(tilt))
+            .unwrap_or_else(|| patch_ahead(direction, self.spec.azimuth));
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
         Ok(Model {
             positions,
@@ -250,4 +378,10 @@ impl BallJoint {
     pub fn joint(&self, tilt: f64) -> Result<Joint, AssemblyError> {
         Ok(Joint::new(&self.model(tilt)?))
     }
+}
+
+/// The Hertz contact of a joint.
+fn hertz_of(body: &BallOnBeam, spec: &JointSpec) -> Hertz {
+    let ball_diameter = body.geometry.ball_diameter;
+    Hertz::new(ball_diameter, &body.material, &spec.socket, spec.load)
 }

@@ -22,7 +22,7 @@
 
 use faer::{Mat, c64};
 
-use super::vector::{cross, dot, unit};
+use super::vector::{any_normal, cross, dot, unit};
 use super::{ContactDamping, Model, StabilityError};
 
 /// The terms that can feed or damp a mode.
@@ -187,9 +187,9 @@ impl Terms {
             let radial = model.friction.radial();
             let velocity = model.sliding_velocity[k];
             let speed = dot(velocity, velocity).sqrt();
-            let Some(direction) = unit(velocity) else {
-                continue;
-            };
+            // A node that does not slide feels friction as a damper, the same in all directions: any
+            // of them will do.
+            let direction = unit(velocity).unwrap_or_else(|| any_normal(normal));
             for (along, shape) in along.iter_mut().zip(shapes) {
                 *along = dot(*shape, direction);
             }

@@ -76,12 +76,18 @@ impl Joint {
     /// Slip speed below which node `k` counts as sticking, m/s; zero without friction.
     ///
     /// It must be in the creep region of the friction curve, and slower than a tenth of steady
-    /// sliding: on a curve whose creep region is wide, steady sliding itself is no sticking.
+    /// sliding: on a curve whose creep region is wide, steady sliding itself is no sticking. Where
+    /// nothing slides steadily, all of the creep region is.
     pub fn stick_speed(&self, k: usize) -> f64 {
         let steady = self.nodes.blocks[k / LANES].speed.0[k % LANES];
-        self.law
-            .law()
-            .map_or(0.0, |law| law.stick_speed().min(0.1 * steady))
+        self.law.law().map_or(0.0, |law| {
+            let creeps = law.stick_speed();
+            if steady > 0.0 {
+                creeps.min(0.1 * steady)
+            } else {
+                creeps
+            }
+        })
     }
 
     /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, into

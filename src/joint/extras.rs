@@ -103,45 +103,61 @@ impl WithSimd for Addition<'_> {
         for (block, (_, rows)) in self.nodes.iter().enumerate() {
             for part in 0..parts::<S>() {
                 let slopes = NodeSlopes::load(simd, self.kept, block, part);
-                let [h_s, h_t, h_r] = slopes.direction;
-                // Adds the force (N) that a unit of mode `j` brings, by the stress and by the slip.
-                let add = |sums: &mut [[f64; LANES]],
-                           j: usize,
-                           normal: Vector<S>,
-                           slip: [Vector<S>; 3]| {
-                    let [s, t, r] = slip;
-                    let turned = h_r.mul_add(r, h_t.mul_add(t, h_s * s));
-                    let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
-                    let along = slopes.drag.mul_add(s, pull * h_s);
-                    let across = slopes.drag.mul_add(t, pull * h_t);
-                    let outward = slopes.drag.mul_add(r, pull.mul_add(h_r, normal));
-                    for (i, row) in rows.iter().enumerate() {
-                        let sum = &mut sums[i * m + j];
-                        let [s, t, r] = row.part(simd, part);
-                        let mut total = Vector::load(simd, sum, 0);
-                        total = s.mul_add(along, total);
-                        total = t.mul_add(across, total);
-                        r.mul_add(outward, total).store(sum, 0);
-                    }
-                };
+                let change = Change { slopes, rows, part };
                 if let Some(viscosity) = viscosities.get(block) {
                     let viscosity = Vector::load(simd, viscosity, part);
                     for (j, row) in rows.iter().enumerate() {
-                        add(by_v, j, viscosity * row.r.part(simd, part), [zero; 3]);
+                        let normal = viscosity * row.r.part(simd, part);
+                        change.add(simd, normal, [zero; 3], &mut by_v[j * m..][..m]);
                     }
                 }
                 for (j, row) in convected(self.nodes, block).iter().enumerate() {
                     let [s, t, r] = row.part(simd, part);
                     let r = if self.radial { r } else { zero };
-                    add(by_q, j, zero, [s, t, r]);
+                    change.add(simd, zero, [s, t, r], &mut by_q[j * m..][..m]);
                 }
             }
         }
         for i in 0..m {
             for j in 0..m {
-                self.matrix[i * 2 * m + j] -= Vector::load(simd, &by_q[i * m + j], 0).sum();
-                self.matrix[i * 2 * m + m + j] -= Vector::load(simd, &by_v[i * m + j], 0).sum();
+                self.matrix[i * 2 * m + j] -= Vector::load(simd, &by_q[j * m + i], 0).sum();
+                self.matrix[i * 2 * m + m + j] -= Vector::load(simd, &by_v[j * m + i], 0).sum();
             }
+        }
+    }
+}
+
+/// How the force of some nodes on all modes changes.
+struct Change<'a, S: Simd> {
+    slopes: NodeSlopes<S>,
+    rows: &'a [Rows],
+    part: usize,
+}
+
+impl<S: Simd> Change<'_, S> {
+    /// Adds to the sums, one a mode, what a change of the normal force (N) and of the slip velocity (m/s)
+    /// brings, with the opposite sign.
+    #[inline(always)]
+    fn add(
+        &self,
+        simd: S,
+        normal: Vector<S>,
+        [s, t, r]: [Vector<S>; 3],
+        sums: &mut [[f64; LANES]],
+    ) {
+        let slopes = &self.slopes;
+        let [h_s, h_t, h_r] = slopes.direction;
+        let turned = h_r.mul_add(r, h_t.mul_add(t, h_s * s));
+        let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
+        let along = slopes.drag.mul_add(s, pull * h_s);
+        let across = slopes.drag.mul_add(t, pull * h_t);
+        let outward = slopes.drag.mul_add(r, pull.mul_add(h_r, normal));
+        for (sum, row) in sums.iter_mut().zip(self.rows) {
+            let [s, t, r] = row.part(simd, self.part);
+            let mut total = Vector::load(simd, sum, 0);
+            total = s.mul_add(along, total);
+            total = t.mul_add(across, total);
+            r.mul_add(outward, total).store(sum, 0);
         }
     }
 }

@@ -16,6 +16,7 @@ mod law;
 mod lift_off;
 mod model;
 mod nodes;
+mod own_modes;
 mod patch;
 mod record;
 mod spec;
@@ -37,10 +38,11 @@ pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
 pub use hertz::Hertz;
 pub use lanes::LANES;
 pub use model::Model;
+pub use own_modes::{MOST_NODES, OwnModes, OwnModesError};
 pub use patch::{PatchPoint, patch_direction, patch_points};
 pub use spec::{
-    BodySpec, Contact, ContactDamping, Frequencies, Friction, JointSpec, Quadrature, Socket,
-    StiffnessLaw,
+    BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, JointSpec, Quadrature,
+    Socket, StiffnessLaw,
 };
 pub use stability::{LinearMode, StabilityError};
 pub use system::Joint;

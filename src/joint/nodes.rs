@@ -32,7 +32,8 @@ impl Rows {
 }
 
 /// Eight nodes; those past the end of the model have no area and full pre-stress, so that they do
-/// nothing and never divide by zero.
+/// nothing and never divide by zero. They slide as the last node does in steady sliding: a law of
+/// friction is only asked for speeds that are there, since nothing times what is no number is none.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// Eq. (4): the slip velocity is `V = Omega x x + du/dt`; this is the speed of its steady part,
@@ -113,8 +114,9 @@ impl Nodes {
                     }
                 }))
             };
+            let last_speed = norm(model.sliding_velocity[count - 1]);
             blocks.push(Block {
-                speed: gather(&|k| norm(model.sliding_velocity[k]), 1.0),
+                speed: gather(&|k| norm(model.sliding_velocity[k]), last_speed),
                 pre_stress: gather(&|k| model.pre_stress[k], 1.0),
                 stiffness: gather(&|k| model.stiffness[k], 0.0),
                 area: gather(&|k| model.areas[k], 0.0),

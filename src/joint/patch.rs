@@ -191,6 +191,16 @@ pub fn patch_direction(tilt: f64, azimuth: f64) -> [f64; 3] {
     ]
 }
 
+/// Unit vector across the plane in which the load tilts.
+fn patch_aside(azimuth: f64) -> [f64; 3] {
+    [-azimuth.sin(), azimuth.cos(), 0.0]
+}
+
+/// Unit vector on the ball at the centre of the patch, in which that centre moves as the tilt grows.
+pub(super) fn patch_ahead(direction: [f64; 3], azimuth: f64) -> [f64; 3] {
+    cross(patch_aside(azimuth), direction)
+}
+
 /// Outward unit normal of the ball at a patch point, for a patch of radius `radius` (m) on a ball of
 /// radius `ball_radius` (m) round `direction`. A patch wider than the ball ends at its equator.
 pub fn normal_at(
@@ -203,8 +213,7 @@ pub fn normal_at(
     let sine = (point.radius * radius / ball_radius).min(1.0);
     let cosine = (1.0 - sine * sine).sqrt();
     // The patch turns with the azimuth, so that turning tilt and rotation together turns all.
-    let aside = [-azimuth.sin(), azimuth.cos(), 0.0];
-    let ahead = cross(aside, direction);
+    let (aside, ahead) = (patch_aside(azimuth), patch_ahead(direction, azimuth));
     let outward = scale(direction, cosine);
     let outward = add_scaled(outward, sine * point.angle.cos(), ahead);
     add_scaled(outward, sine * point.angle.sin(), aside)

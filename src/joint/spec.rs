@@ -1,14 +1,17 @@
 //! The parameters of a joint, in SI units and radians. Validated by `scene`; plain data here.
 
-use super::{Constant, FrictionLaw, Stribeck};
+use std::sync::Arc;
+
+use super::{Constant, FrictionLaw, OwnModes, Stribeck};
 use crate::fem::{Elements, Families, Geometry, Material};
 
-/// Everything that Eq. (1) to (8) need, apart from the tilt, which may change with time.
+/// Everything that Eq. (1) to (8) need, apart from the tilt. Load and rotation may change with time as
+/// well: these are the ones at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     /// The vibrating body.
     pub body: BodySpec,
-    /// The socket.
+    /// The socket. Not asked where the body brings its contact patch with it.
     pub socket: Socket,
     /// Load pressing the ball into the socket, N.
     pub load: f64,
@@ -26,9 +29,34 @@ pub struct JointSpec {
     pub damping: Vec<f64>,
 }
 
+/// Where the modes come from.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a joint has one body: its size does not matter"
+)]
+pub enum BodySpec {
+    /// From finite elements of a ball on a beam.
+    BallOnBeam(BallOnBeam),
+    /// From a file, with the contact patch. Of [`Contact`] only the number of nodes, which is that of
+    /// the file, the factor on the stiffness, which is then one on that of the file, and whether
+    /// nodes lift off are asked.
+    Own(Arc<OwnModes>),
+}
+
+impl BodySpec {
+    /// The number of modes.
+    pub fn modes(&self) -> usize {
+        match self {
+            Self::BallOnBeam(body) => body.families.count(),
+            Self::Own(modes) => modes.modes(),
+        }
+    }
+}
+
 /// Ball and beam.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodySpec {
+pub struct BallOnBeam {
     /// Dimensions.
     pub geometry: Geometry,
     /// Material of ball and beam.

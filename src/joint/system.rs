@@ -257,6 +257,16 @@ impl System for Joint {
         self.force_by(self.lift_off(), None, z, out);
     }
 
+    fn part_at_fault(&self, _t: f64, z: &[f64]) -> Option<String> {
+        let (q, v) = z[..2 * self.modes()].split_at(self.modes());
+        let node = (0..self.nodes.count).find(|&node| {
+            let action = self.node_action(node, q, v);
+            let force = action.friction.iter().sum::<f64>() + action.normal;
+            !force.is_finite()
+        })?;
+        Some(format!("contact node {node}"))
+    }
+
     fn switching(&self) -> Option<&dyn Switching> {
         Some(self)
     }

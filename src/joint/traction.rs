@@ -371,16 +371,14 @@ impl<L: Law, T: Task> Traction<'_, '_, L, T> {
         }
         for (i, &q) in self.query.q[..rows[0].len()].iter().enumerate() {
             let q = Vector::splat(simd, q);
-            let row = |of: fn(&Rows) -> &Eight| {
-                Vector::beside(
+            for (axis, sum) in sums.iter_mut().enumerate() {
+                let row = Vector::beside(
                     simd,
                     #[inline(always)]
-                    |k| of(&rows[k][i]).part(simd, group.places[k].part),
-                )
-            };
-            sums[0] = row(|row| &row.s).mul_add(q, sums[0]);
-            sums[1] = row(|row| &row.t).mul_add(q, sums[1]);
-            sums[2] = row(|row| &row.r).mul_add(q, sums[2]);
+                    |k| rows[k][i].part(simd, group.places[k].part)[axis],
+                );
+                *sum = row.mul_add(q, *sum);
+            }
         }
         sums
     }

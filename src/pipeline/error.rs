@@ -16,10 +16,10 @@ pub enum PipelineError {
     /// The joint cannot be assembled.
     #[error("the joint cannot be assembled")]
     Assembly(#[from] AssemblyError),
-    /// A fixed step is too long for the fastest mode.
+    /// A fixed step is too long for the fastest motion of the system, contact and friction included.
     #[error(
-        "a fixed step of {step_us} us is unstable for the fastest mode: choose time.max_step_us \
-         below {limit_us:.3}, or an adaptive method"
+        "a fixed step of {step_us} us is unstable for the fastest motion about the start: choose \
+         time.max_step_us below {limit_us:.3}, or an adaptive method"
     )]
     Step {
         /// The step, us.

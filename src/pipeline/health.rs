@@ -1,6 +1,7 @@
 //! How the run is doing, from the frames that pass.
 
 use super::message::{Frame, Health, Summary};
+use super::prepare::FLOOR;
 use crate::dynamics::Tally;
 
 /// Turns the frames' running totals into rates.
@@ -33,11 +34,14 @@ impl HealthMeter {
                 .max(sample.total)
                 .max(sample.friction_work.abs());
         }
-        // A joint at rest has turned over nothing, and misses nothing.
-        let scale = self.turnover.max(f64::MIN_POSITIVE);
+        // Work is followed to a share of itself and the floor together, and so it is audited: a motion
+        // below the floor is made of rounding, which no friction has brought in.
+        let scale = self.turnover + FLOOR;
         if !frame.energy.is_empty() {
             let residuals = frame.energy.iter().map(|s| s.residual.abs() / scale);
-            self.audit = Some(residuals.fold(0.0, f64::max));
+            // Energies that have left the numbers, of a state that has not yet, miss everything.
+            let told = residuals.map(|share| if share.is_nan() { f64::INFINITY } else { share });
+            self.audit = Some(told.fold(0.0, f64::max));
         }
         let health = Health {
             time: frame.end(),
@@ -74,9 +78,39 @@ fn factor(time: f64, busy: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::dynamics::ErrorEstimate;
-    use crate::pipeline::message::Record;
+    use crate::pipeline::message::{EnergySample, Record};
     use crate::pipeline::{Monitor, run};
     use crate::scene::Scene;
+
+    /// Squares overflow long before the state does.
+    #[test]
+    fn energies_beyond_the_numbers_fail_the_audit() {
+        let frame = Frame {
+            energy: vec![EnergySample {
+                total: f64::INFINITY,
+                residual: f64::INFINITY,
+                ..EnergySample::default()
+            }],
+            ..Frame::default()
+        };
+        let health = HealthMeter::default().measure(&frame, 0, 0, 0);
+        assert_eq!(health.audit, Some(f64::INFINITY));
+    }
+
+    /// What a kick of 1e-60 m/s becomes is rounding, and no fault of the motion.
+    #[test]
+    fn energies_below_the_floor_pass_the_audit() {
+        let frame = Frame {
+            energy: vec![EnergySample {
+                total: 1e-30,
+                residual: 1e-30,
+                ..EnergySample::default()
+            }],
+            ..Frame::default()
+        };
+        let health = HealthMeter::default().measure(&frame, 0, 0, 0);
+        assert!(health.audit.unwrap() < 1e-12);
+    }
 
     #[test]
     fn rates_are_those_of_a_frame_and_the_error_is_its_own() {

@@ -18,7 +18,7 @@ pub enum NodeState {
     Separated,
 }
 
-/// Where the contact nodes are; shared by all frames of one tilt.
+/// Where the contact nodes are; shared by all frames of one tilt, load and rotation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchGeometry {
     /// Positions of the nodes from the ball's centre, m.
@@ -66,8 +66,8 @@ pub struct EnergySample {
     pub total: f64,
     /// Work of friction on the vibration since the start, J.
     pub friction_work: f64,
-    /// What the audit misses: total now - total at the start - work of friction - work of a
-    /// changing tilt, J.
+    /// What the audit misses: total now - total at the start - work of friction - what changes of tilt,
+    /// load and rotation brought in, J.
     pub residual: f64,
 }
 
@@ -173,6 +173,10 @@ pub struct Frame {
     pub velocity: Vec<f64>,
     /// Tilt of the load during this frame, rad.
     pub tilt: f64,
+    /// Load during this frame, N.
+    pub load: f64,
+    /// Factor on the rotation during this frame.
+    pub rotation_factor: f64,
     /// Contact nodes of this frame.
     pub geometry: Arc<PatchGeometry>,
     /// Snapshots of the contact nodes, in time order, at the scene's patch rate.
@@ -343,6 +347,8 @@ pub enum Subject {
 /// The joint of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointInfo {
+    /// What the body is, in a few words: `Ball and beam`.
+    pub body: String,
     /// The modes, in the order of the modal coordinates.
     pub modes: Vec<ModeInfo>,
     /// The smallest tilt that the scene plans, rad.
@@ -351,18 +357,45 @@ pub struct JointInfo {
     pub max_tilt: f64,
     /// Direction that the load tilts towards, from +x to +y, rad.
     pub azimuth: f64,
-    /// The body's surface.
+    /// The body's surface; empty where it is not known.
     pub outline: Outline,
-    /// Rotation of the ball, rad/s.
+    /// Rotation of the ball where its factor is 1, rad/s.
     pub rotation: [f64; 3],
-    /// Load, N.
-    pub load: f64,
+    /// The smallest and the largest factor on the rotation that the scene plans; both 1 where it is
+    /// constant.
+    pub rotation_span: [f64; 2],
+    /// The smallest and the largest load that the scene plans, N; the same where it is constant.
+    pub load_span: [f64; 2],
     /// Radius of the ball, m.
     pub ball_radius: f64,
-    /// Radius of the contact patch, m.
+    /// Radius of the contact patch under the largest load, m.
     pub patch_radius: f64,
-    /// Slip speed at the central contact point in steady sliding, m/s.
+    /// Slip speed at the central contact point in steady sliding at the first tilt, where the factor on
+    /// the rotation is 1, m/s.
     pub sliding_speed: f64,
+}
+
+impl JointInfo {
+    /// The largest load that the scene plans, N.
+    pub fn largest_load(&self) -> f64 {
+        self.load_span[1]
+    }
+
+    /// The largest slip speed in steady sliding that the scene plans, as [`JointInfo::sliding_speed`],
+    /// m/s.
+    pub fn largest_sliding_speed(&self) -> f64 {
+        self.sliding_speed * self.rotation_span[1]
+    }
+
+    /// Whether the load changes.
+    pub fn load_varies(&self) -> bool {
+        self.load_span[0] != self.load_span[1]
+    }
+
+    /// Whether the rotation changes.
+    pub fn rotation_varies(&self) -> bool {
+        self.rotation_span[0] != self.rotation_span[1]
+    }
 }
 
 /// The small system of a run.
@@ -613,8 +646,8 @@ pub struct Health {
     pub records_waiting: usize,
     /// Pictures replaced by later ones so far (only when viewing without saving).
     pub drops: u64,
-    /// Energy audit: largest residual of the last frame relative to the energy turned over; `None`
-    /// where none is told.
+    /// Energy audit: largest residual of the last frame relative to the energy turned over and 1e-12 J,
+    /// below which nothing is resolved; `None` where none is told.
     pub audit: Option<f64>,
 }
 

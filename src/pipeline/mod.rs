@@ -1,4 +1,4 @@
-//! The road from simulation to record, and the only threads.
+//! The road from simulation to record, and the threads of a run.
 
 mod along;
 mod analyse;
@@ -25,6 +25,8 @@ pub use error::PipelineError;
 pub use outlet::RecorderGone;
 pub use playback::Playback;
 pub use prepare::{Prepared, initial_state, prepare, prepare_on};
+#[cfg(feature = "cli")]
+pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};

@@ -1,13 +1,19 @@
 //! From a scene to a system, its integrator and the state it starts from.
 
+use std::f64::consts::TAU;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
-use crate::dynamics::{Accuracy, Integrator, Method, System};
-use crate::joint::{BallJoint, ContactDamping, Joint};
+use crate::dynamics::{Accuracy, Integrator, Method, Switching, System, longest_rk4_step};
+use crate::joint::{BallJoint, Joint};
 use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
+
+/// Sizes below which a scene's integrator resolves nothing: of the vibration, sqrt(kg) m/s, and of the work
+/// of friction, J. Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step.
+pub(super) const FLOOR: f64 = 1e-12;
 
 /// A system ready to start.
 pub struct Prepared {
@@ -48,7 +54,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
 /// # Errors
 /// As [`prepare`].
 pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepared, PipelineError> {
-    let (system, probe): (Box<dyn System + Send>, _) = match &scene.subject {
+    let (system, integrator, probe): (Box<dyn System + Send>, _, _) = match &scene.subject {
         SubjectSpec::Joint(tilted) => {
             let next = match ball.take() {
                 Some(before) => before.with_spec(&tilted.spec)?,
@@ -56,12 +62,15 @@ pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepare
             };
             let model = ball.insert(next).model(tilted.tilt.at(0.0))?;
             let joint = Joint::new(&model);
-            let probe = joint.probe().to_vec();
-            (Box::new(joint), probe)
+            let (integrator, probe) = (of_joint(scene, &joint)?, joint.probe().to_vec());
+            (Box::new(joint), integrator, probe)
         }
-        SubjectSpec::Small(small) => (boxed(small), vec![1.0]),
+        SubjectSpec::Small(small) => {
+            let system = boxed(small);
+            let integrator = of_small(scene, system.as_ref())?;
+            (system, integrator, vec![1.0])
+        }
     };
-    let integrator = integrator(scene, system.as_ref())?;
     let mut state = initial_state(scene, system.modes());
     state.resize(system.dim(), 0.0);
     Ok(Prepared {
@@ -81,22 +90,34 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     }
 }
 
-/// The integrator of a scene for its system. A small system has jumps, and so has a contact with dashpots,
-/// of which nothing but stopping at them makes sense.
-pub(super) fn integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
-    check_step(&scene.integrator, system.omega())?;
-    let integrator = Integrator::new(method(&scene.integrator), system)?;
-    let jumps = match &scene.subject {
-        SubjectSpec::Small(_) => true,
-        SubjectSpec::Joint(joint) => matches!(
-            joint.spec.contact.damping,
-            ContactDamping::KelvinVoigt { .. }
-        ),
-    };
+/// The integrator of a scene for its joint. A contact with dashpots has jumps, of which nothing but stopping
+/// at them makes sense.
+pub(super) fn of_joint(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
+    if scene.integrator.method.has_fixed_step() {
+        // Contact and friction are part of what a fixed step must be short enough for.
+        let rates: Vec<[f64; 2]> = match joint.linear_modes() {
+            Ok(modes) => modes
+                .iter()
+                .map(|mode| [mode.growth, TAU * mode.frequency_hz])
+                .collect(),
+            Err(_) => joint.omega().iter().map(|&omega| [0.0, omega]).collect(),
+        };
+        check_step(&scene.integrator, rates)?;
+    }
+    let integrator = Integrator::new(method(&scene.integrator), joint)?;
+    let jumps = !Switching::is_continuous(joint);
     match jumps || scene.integrator.events == Events::Exact {
-        true => Ok(integrator.with_events(system)?),
+        true => Ok(integrator.with_events(joint)?),
         false => Ok(integrator),
     }
+}
+
+/// The integrator of a scene for its small system. Such a system has jumps, of which nothing but
+/// stopping at them makes sense.
+fn of_small(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
+    let rates = system.omega().iter().map(|&omega| [0.0, omega]);
+    check_step(&scene.integrator, rates)?;
+    Ok(Integrator::new(method(&scene.integrator), system)?.with_events(system)?)
 }
 
 /// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.
@@ -112,10 +133,8 @@ pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
 }
 
 fn method(integrator: &scene::Integrator) -> Method {
-    // Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step; far below
-    // the floor there is nothing to resolve.
     let accuracy = Accuracy {
-        floor: 1e-12,
+        floor: FLOOR,
         ..Accuracy::relative(integrator.tolerance)
     };
     let max_step = integrator.max_step;
@@ -130,12 +149,17 @@ fn method(integrator: &scene::Integrator) -> Method {
     }
 }
 
-/// A fixed step must keep the fastest free vibration stable: `omega h < 2 sqrt(2)` for the classical
-/// Runge-Kutta method.
-fn check_step(integrator: &scene::Integrator, omega: &[f64]) -> Result<(), PipelineError> {
-    let fastest = omega.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let limit = 8.0_f64.sqrt() / fastest;
-    if integrator.method == scene::Method::Rk4 && integrator.max_step > limit {
+/// A fixed step must keep what is stable by itself stable: each of the rates of the linearised system.
+fn check_step(
+    integrator: &scene::Integrator,
+    rates: impl IntoIterator<Item = [f64; 2]>,
+) -> Result<(), PipelineError> {
+    if !integrator.method.has_fixed_step() {
+        return Ok(());
+    }
+    let longest = rates.into_iter().map(longest_rk4_step);
+    let limit = longest.fold(f64::INFINITY, f64::min);
+    if integrator.max_step > limit {
         return Err(PipelineError::Step {
             step_us: 1e6 * integrator.max_step,
             limit_us: 1e6 * limit,

@@ -1,5 +1,6 @@
 //! The threads: simulate -> analyse -> record, with bounded channels between them.
 
+use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Scope, ScopedJoinHandle};
@@ -181,11 +182,17 @@ fn join<T>(
     name: &'static str,
 ) -> Result<T, PipelineError> {
     handle.join().unwrap_or_else(|panic| {
-        let message = panic
-            .downcast_ref::<&str>()
-            .map(|text| (*text).to_owned())
-            .or_else(|| panic.downcast_ref::<String>().cloned())
-            .unwrap_or_else(|| "no message".to_owned());
-        Err(PipelineError::Panic { name, message })
+        Err(PipelineError::Panic {
+            name,
+            message: panic_message(&*panic),
+        })
     })
+}
+
+/// What a panic said.
+pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+        .to_owned()
 }

@@ -8,12 +8,12 @@ use super::message::{
     EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Subject,
 };
-use super::prepare::{initial_state, integrator};
+use super::prepare::{initial_state, of_joint};
 use super::source::header;
 use super::{PipelineError, Source};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, Scene, TiltedJoint};
+use crate::scene::{AnalysisSpec, Loading, Scene, TiltedJoint};
 
 /// Spacing of the vertices of the body's picture: along the meridian, and round it.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -24,11 +24,15 @@ pub struct Simulation {
     scene: Scene,
     /// The scene's joint.
     tilted: TiltedJoint,
+    /// The joint under the present load and rotation.
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
     geometry: Arc<PatchGeometry>,
-    tilt: f64,
+    /// What acts on the joint at present.
+    loading: Loading,
+    /// Times of jumps that are still to come, s, the next one last.
+    jumps: Vec<f64>,
     /// Index of the next sample, from the start.
     next_sample: u64,
     frames: u64,
@@ -47,49 +51,78 @@ pub struct Simulation {
 struct Audit {
     /// Stored at the start.
     start: f64,
-    /// Brought in by changes of the tilt, at the frames' borders.
-    by_tilt: f64,
+    /// Brought in by changes of tilt, load and rotation, where the joint is rebuilt.
+    by_loading: f64,
 }
 
-/// Every how many samples something happens that has a rate of its own.
-fn stride(sample_rate: f64, rate: f64) -> u64 {
-    (sample_rate / rate).round().max(1.0) as u64
+/// Every how many samples something happens that has a rate of its own; `None` if it never does.
+fn stride(sample_rate: f64, rate: f64) -> Option<u64> {
+    (rate > 0.0).then(|| (sample_rate / rate).round().max(1.0) as u64)
+}
+
+/// The joint of a model, with the energy audit where the scene takes samples of it.
+fn audited(scene: &Scene, model: &Model) -> Joint {
+    let joint = Joint::new(model);
+    match scene.record.energy_rate > 0.0 {
+        true => joint.with_audit(),
+        false => joint,
+    }
+}
+
+/// Index of the first sample at a time (s) or after it.
+fn first_sample_from(time: f64, rate: f64) -> u64 {
+    let near = (time * rate).ceil() as u64;
+    // The product may be rounded to the other side of a whole number.
+    let is_from = |index: u64| index as f64 / rate >= time;
+    match near {
+        1.. if is_from(near - 1) => near - 1,
+        _ if is_from(near) => near,
+        _ => near + 1,
+    }
 }
 
 impl Simulation {
-    /// Computes the modes, assembles the joint at the first tilt, and kicks it.
+    /// Computes the modes, assembles the joint under the first tilt, load and rotation, and kicks it.
     ///
     /// # Errors
     /// If the scene has no joint, it cannot be assembled, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
         let tilted = scene.joint()?.clone();
-        let ball = BallJoint::new(&tilted.spec)?;
-        // A tilt that cannot be reached later is told now, not in the middle of the run.
-        for (_, tilt) in tilted.tilt.knots() {
-            ball.model(*tilt)?;
+        let mut ball = BallJoint::new(&tilted.spec)?;
+        let loading = tilted.loading(0.0);
+        if tilted.tilt.varies() || tilted.load.is_some() {
+            // What cannot be reached later is told now, not in the middle of the run: the patch is
+            // nearest to the beam at the largest tilt and under the largest load.
+            let [_, largest_load] = tilted.load_span();
+            ball.set_load(largest_load);
+            ball.model(tilted.tilt.min())?;
+            ball.model(tilted.tilt.max())?;
+            ball.set_load(loading.load);
         }
-        let tilt = tilted.tilt.at(0.0);
-        let model = ball.model(tilt)?;
-        let joint = Joint::new(&model).with_audit();
+        let model = ball.model(loading.tilt)?;
+        let joint = audited(scene, &model);
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        let mut integrator = with_tangents(scene, &joint, integrator(scene, &joint)?)?;
+        let mut integrator = with_tangents(scene, &joint, of_joint(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = tilted.spec.contact.nodes.div_ceil(8);
         let mut open = [vec![0; bytes], vec![0; bytes]];
         joint.open_nodes(&z[..joint.modes()], &mut open[0]);
         let audit = Audit {
             start: joint.energy(&z).total(),
-            by_tilt: 0.0,
+            by_loading: 0.0,
         };
+        let mut jumps = tilted.jumps();
+        jumps.reverse();
         Ok(Self {
-            geometry: Arc::new(patch_geometry(&ball, &model, tilt)),
+            geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
             scene: scene.clone(),
             tilted,
             ball,
             joint,
             integrator,
-            tilt,
+            loading,
+            jumps,
             next_sample: 0,
             frames: 0,
             open,
@@ -100,7 +133,7 @@ impl Simulation {
         })
     }
 
-    /// The joint at the present tilt.
+    /// The joint under the present tilt, load and rotation.
     pub fn joint(&self) -> &Joint {
         &self.joint
     }
@@ -110,9 +143,9 @@ impl Simulation {
         &self.integrator
     }
 
-    /// The present tilt of the load, rad.
-    pub fn tilt(&self) -> f64 {
-        self.tilt
+    /// What acts on the joint at present.
+    pub fn loading(&self) -> Loading {
+        self.loading
     }
 
     /// The joint and the integrator, to go on with otherwise.
@@ -121,64 +154,98 @@ impl Simulation {
     }
 
     fn joint_info(&self) -> JointInfo {
-        let TiltedJoint { spec, tilt } = &self.tilted;
-        let surface = self.ball.body().outline(OUTLINE.0, OUTLINE.1);
-        let modes = self.ball.body().modes();
-        let velocity = self.ball.sliding_velocity(self.tilt);
+        let TiltedJoint { spec, tilt, .. } = &self.tilted;
+        let outline = match self.scene.record.body_rate > 0.0 {
+            true => self.ball.outline(OUTLINE.0, OUTLINE.1),
+            false => None,
+        };
+        let labels = self.ball.mode_labels();
+        let velocity = self.ball.sliding_velocity(self.loading.tilt);
+        let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let [_, largest_load] = self.tilted.load_span();
+        let mut pressed = self.ball.clone();
+        pressed.set_load(largest_load);
         JointInfo {
-            modes: modes
-                .iter()
+            body: self.ball.body_words(),
+            modes: labels
+                .into_iter()
                 .zip(self.ball.frequencies_hz())
-                .map(|(mode, &frequency_hz)| ModeInfo {
-                    label: mode.label(),
+                .map(|(label, &frequency_hz)| ModeInfo {
+                    label,
                     frequency_hz,
                 })
                 .collect(),
             min_tilt: tilt.min(),
             max_tilt: tilt.max(),
             azimuth: spec.azimuth,
-            outline: Outline {
+            outline: outline.map_or_else(Outline::default, |surface| Outline {
                 vertices: surface.vertices,
                 triangles: surface.triangles,
                 shapes: surface.shapes,
+            }),
+            rotation: match &self.tilted.rotation {
+                Some(rotation) => rotation.rad_s,
+                None => spec.rotation,
             },
-            rotation: spec.rotation,
-            load: spec.load,
+            rotation_span: self.tilted.rotation_span(),
+            load_span: self.tilted.load_span(),
             ball_radius: self.ball.ball_radius(),
-            patch_radius: self.ball.patch_radius(),
-            sliding_speed: velocity.iter().map(|v| v * v).sum::<f64>().sqrt(),
+            patch_radius: pressed.patch_radius(),
+            sliding_speed: speed / self.loading.rotation_factor,
         }
     }
 
-    /// Lands at the end of the run, and tilts the load to where its schedule is there: a frame has the
-    /// tilt of its start. To be called after the last frame.
+    /// Lands at the end of the run, and takes tilt, load and rotation to where their schedules are there:
+    /// a frame has those of its start. To be called after the last frame.
     ///
     /// # Errors
-    /// If the joint cannot be assembled at that tilt, or the integrator cannot go on.
-    pub fn hold_last_tilt(&mut self) -> Result<(), PipelineError> {
-        self.follow_tilt(self.next_sample as f64 / self.scene.sample_rate)
+    /// If the joint cannot be assembled so, or the integrator cannot go on.
+    pub fn hold_last_loading(&mut self) -> Result<(), PipelineError> {
+        self.follow_loading(self.next_sample as f64 / self.scene.sample_rate)
     }
 
-    /// Rebuilds the joint where the tilt has changed since the last frame. Patch, pre-stress and
-    /// equilibrium follow at once; the perturbation goes on unchanged, and so do the tangent
-    /// vectors and their growth: exponents of a ramp are averages over it.
-    fn follow_tilt(&mut self, time: f64) -> Result<(), PipelineError> {
-        let tilt = self.tilted.tilt.at(time);
-        if tilt == self.tilt {
+    /// Goes on to the loading at a time (s), through the jumps on the way: each changes the joint exactly
+    /// where it is.
+    fn follow_loading(&mut self, time: f64) -> Result<(), PipelineError> {
+        while let Some(jump) = self.jumps.pop_if(|jump| *jump <= time) {
+            self.take_loading(jump)?;
+        }
+        self.take_loading(time)
+    }
+
+    /// Rebuilds the joint where what acts on it has changed. Patch, pre-stress and equilibrium follow at
+    /// once; the perturbation goes on unchanged, and so do the tangent vectors and their growth:
+    /// exponents of a ramp are averages over it.
+    fn take_loading(&mut self, time: f64) -> Result<(), PipelineError> {
+        let loading = self.tilted.loading(time);
+        if loading == self.loading {
             return Ok(());
         }
         if time > 0.0 {
             self.integrator.land(&self.joint, time)?;
         }
-        let model = self.ball.model(tilt)?;
-        let joint = Joint::new(&model).with_audit();
+        self.ball.set_load(loading.load);
+        self.ball.set_rotation(loading.rotation);
+        let model = self.ball.model(loading.tilt)?;
+        let joint = audited(&self.scene, &model);
         let z = self.integrator.state();
-        self.audit.by_tilt += joint.energy(z).total() - self.joint.energy(z).total();
+        self.audit.by_loading += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(patch_geometry(&self.ball, &model, tilt));
-        self.tilt = tilt;
+        self.geometry = Arc::new(patch_geometry(&self.ball, &model, loading.tilt));
+        self.loading = loading;
         Ok(())
+    }
+
+    /// How many samples the next frame has: it ends where the joint jumps next, so that all its samples
+    /// are of one joint.
+    fn frame_length(&self) -> u64 {
+        let left = self.scene.samples().saturating_sub(self.next_sample);
+        let whole = left.min(self.scene.frame_samples as u64);
+        let next_jump = self.jumps.last();
+        next_jump.map_or(whole, |&jump| {
+            whole.min(first_sample_from(jump, self.scene.sample_rate) - self.next_sample)
+        })
     }
 
     fn energy_sample(&self, time: f64) -> EnergySample {
@@ -189,7 +256,7 @@ impl Simulation {
             time,
             total,
             friction_work: work,
-            residual: total - self.audit.start - self.audit.by_tilt - work,
+            residual: total - self.audit.start - self.audit.by_loading - work,
             modal: energy.modal,
         }
     }
@@ -205,15 +272,14 @@ impl Source for Simulation {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        let left = self.scene.samples().saturating_sub(self.next_sample);
-        if left == 0 {
+        if self.is_over() {
             return Ok(None);
         }
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        self.follow_tilt(t0)?;
-        let count = left.min(self.scene.frame_samples as u64);
+        self.follow_loading(t0)?;
+        let count = self.frame_length();
         let modes = self.joint.modes();
         let mut frame = Frame {
             index: self.frames,
@@ -222,7 +288,9 @@ impl Source for Simulation {
             modes,
             q: Vec::with_capacity(count as usize * modes),
             qdot: Vec::with_capacity(count as usize * modes),
-            tilt: self.tilt,
+            tilt: self.loading.tilt,
+            load: self.loading.load,
+            rotation_factor: self.loading.rotation_factor,
             geometry: Arc::clone(&self.geometry),
             ..Frame::default()
         };
@@ -245,10 +313,10 @@ impl Source for Simulation {
                 .map(|(a, b)| u64::from((a ^ b).count_ones()))
                 .sum::<u64>();
             std::mem::swap(before, now);
-            if index % patch_every == 0 {
+            if patch_every.is_some_and(|every| index % every == 0) {
                 frame.patch.push(patch_snapshot(&self.joint, time, q, v));
             }
-            if index % energy_every == 0 {
+            if energy_every.is_some_and(|every| index % every == 0) {
                 frame.energy.push(self.energy_sample(time));
             }
             let reached = Reached {

@@ -1,5 +1,6 @@
 //! The deforming body: the surface of ball and beam, each vertex moved by the exaggerated sum
-//! of mode shapes and coloured by how far it has really moved.
+//! of mode shapes and coloured by how far it has really moved. Of a body whose surface is not known
+//! only the axis that it turns about is drawn.
 
 use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius, RecordingStream};
 
@@ -47,12 +48,14 @@ impl Body {
         exaggeration: f64,
     ) -> Result<Self, RecordError> {
         let outline = &joint.outline;
-        rec.log_static(
-            paths::BODY,
-            &Mesh3D::update_fields()
-                .with_triangle_indices(outline.triangles.iter().copied())
-                .with_vertex_normals(vertex_normals(&outline.vertices, &outline.triangles)),
-        )?;
+        if !outline.vertices.is_empty() {
+            rec.log_static(
+                paths::BODY,
+                &Mesh3D::update_fields()
+                    .with_triangle_indices(outline.triangles.iter().copied())
+                    .with_vertex_normals(vertex_normals(&outline.vertices, &outline.triangles)),
+            )?;
+        }
         draw_rotation(rec, joint)?;
         Ok(Self {
             rest: outline.vertices.clone(),
@@ -198,7 +201,10 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
         .with_origins([along.map(|c| -c)])
         .with_colors([style::ROTATION])
         .with_radii([0.8])
-        .with_labels([format!("turns at {} rad/s", style::short(speed))]);
+        .with_labels([format!(
+            "turns at {} rad/s",
+            style::span(joint.rotation_span, |factor| style::short(factor * speed))
+        )]);
     Ok(rec.log_static(paths::ROTATION, &arrow)?)
 }
 

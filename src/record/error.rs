@@ -12,7 +12,7 @@ pub enum RecordError {
     )]
     NoOutput,
     /// The file cannot be made.
-    #[error("cannot write a recording at {}: {source}; choose a writable folder (an existing file there is untouched)", path.display())]
+    #[error("cannot write a recording at {}; choose a writable folder that has space (an existing file there is untouched)", path.display())]
     Create {
         /// The recording asked for.
         path: PathBuf,
@@ -29,8 +29,18 @@ pub enum RecordError {
         /// Why not.
         reason: String,
     },
+    /// The file was taken away while it was being written.
+    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again into a folder that stays", path.display(), part.display())]
+    Gone {
+        /// The recording asked for.
+        path: PathBuf,
+        /// Where the unfinished recording was.
+        part: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// The finished recording cannot take its place.
-    #[error("the recording is whole, but cannot be moved from {} to {}: {source}; move it by hand", part.display(), path.display())]
+    #[error("the recording is whole, but cannot be moved from {} to {}; move it by hand", part.display(), path.display())]
     Rename {
         /// The recording asked for.
         path: PathBuf,
@@ -56,15 +66,21 @@ pub enum RecordError {
         /// Why not.
         reason: String,
     },
-    /// The viewer does not answer or has gone.
-    #[error("no viewer at {url}: {reason}; start one with `rerun`{}", saved.as_ref().map_or_else(String::new, |path| format!(" (the recording was saved whole: {})", path.display())))]
+    /// The viewer does not answer at the start.
+    #[error("no viewer at {url}: {reason}; start one with `rerun`, or save to a file instead")]
     Viewer {
         /// Its address.
         url: String,
         /// What happened.
         reason: String,
-        /// The whole recording, when one was saved too.
-        saved: Option<PathBuf>,
+    },
+    /// The viewer has gone or is stuck, and there is no file.
+    #[error(
+        "the viewer at {url} was closed or takes nothing any more, and nothing was saved; start it with `rerun` and run again, or add --save FILE: then the run goes on, and a viewer that is back is sent everything"
+    )]
+    ViewerGone {
+        /// Its address.
+        url: String,
     },
     /// Data that do not fit the format.
     #[error("cannot encode the recording: {0}; this is a fault of the program, please report it")]

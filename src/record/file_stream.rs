@@ -1,20 +1,14 @@
 //! A recording stream whose end is a file: how it is opened, and how the file is made whole.
 
-use std::{
-    fs::File,
-    io::{self, Read, Seek, SeekFrom},
-    mem::ManuallyDrop,
-    path::Path,
-    time::Duration,
-};
+use std::{mem::ManuallyDrop, path::Path, time::Duration};
 
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
     log::ChunkBatcherConfig,
-    sink::{BufferedSink, FileSink, LogSink},
+    sink::{LogSink, SinkFlushError},
 };
 
-use super::{error::RecordError, part_file::PartFile};
+use super::{error::RecordError, part_file::PartFile, rrd_file::RrdFile};
 
 /// Wall time that what is logged may wait for more of its kind where a viewer is watching: short enough
 /// that views agree.
@@ -24,7 +18,7 @@ const WATCHED: Duration = Duration::from_millis(30);
 /// is kept in memory until the file's end and takes some 6 kB a line.
 const UNWATCHED: Duration = Duration::from_millis(800);
 /// How long a flush may take before the disk counts as stuck.
-pub const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
+const FLUSH_PATIENCE: Duration = Duration::from_secs(20);
 
 /// Wall time that what is logged may wait for more of its kind.
 pub fn lag(watched: bool) -> Duration {
@@ -63,77 +57,36 @@ pub fn save(
     draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
 ) -> Result<(), RecordError> {
     let file = PartFile::create(path)?;
+    let rrd = sink(&file)?;
     // After a failure the stream is leaked: dropping it waits for a disk that may never answer.
-    let rec = ManuallyDrop::new(open(application, Box::new(sink(&file)?), false)?);
+    let rec = ManuallyDrop::new(open(application, Box::new(rrd.clone()), false)?);
     draw(&rec)?;
-    rec.flush_with_timeout(FLUSH_PATIENCE)
-        .map_err(|error| file.write_error(error.to_string()))?;
-    seal(&rec, &file)?;
+    seal(&rec, &rrd, &file)?;
     drop(ManuallyDrop::into_inner(rec));
     file.keep()
 }
 
 /// Writes into a part file.
-pub fn sink(file: &PartFile) -> Result<FileSink, RecordError> {
-    FileSink::new(file.part()).map_err(|error| file.write_error(error.to_string()))
+pub fn sink(file: &PartFile) -> Result<RrdFile, RecordError> {
+    RrdFile::create(file.part()).map_err(|source| file.refused(source))
 }
 
-/// Closes the file of a stream that has been flushed; its index is written then.
-pub fn seal(rec: &RecordingStream, file: &PartFile) -> Result<(), RecordError> {
-    // Swapping in a sink that keeps nothing drops the one that writes, which adds the index.
-    rec.set_sink(Box::new(BufferedSink::new()));
+/// Pushes everything out, and learns of faults: logging itself never reports one.
+pub fn flush(rec: &RecordingStream, file: &PartFile) -> Result<(), RecordError> {
     rec.flush_with_timeout(FLUSH_PATIENCE)
-        .map_err(|error| file.write_error(error.to_string()))?;
-    // Rerun reports no failure there.
-    if !is_whole(file.part()).map_err(|error| file.write_error(error.to_string()))? {
-        return Err(file.write_error("its end is missing, as on a full disk".to_owned()));
-    }
-    Ok(())
+        .map_err(|error| match error {
+            SinkFlushError::Failed { message } => file.write_error(message),
+            SinkFlushError::Timeout => file.write_error(format!(
+                "the disk has not answered for {} s",
+                FLUSH_PATIENCE.as_secs()
+            )),
+        })?;
+    // A file whose name is gone takes everything and keeps nothing.
+    file.still_there()
 }
 
-/// Whether a recording has all that was written to it: at its very end stands where its index is, and
-/// that is just before this end. What was lost in between would have moved it.
-///
-/// The end, 32 bytes: start and length of the index, two 64-bit numbers; its checksum, 32 bits; `RRF2`
-/// and `FOOT`; the number of indices, 32 bits, which is 1. All little-endian.
-fn is_whole(path: &Path) -> io::Result<bool> {
-    const END: u64 = 32;
-    let mut file = File::open(path)?;
-    let size = file.metadata()?.len();
-    if size < END {
-        return Ok(false);
-    }
-    file.seek(SeekFrom::Start(size - END))?;
-    let mut end = [0; END as usize];
-    file.read_exact(&mut end)?;
-    let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| end[at + k]));
-    let index_end = number(0).checked_add(number(8));
-    Ok(end[20..] == *b"RRF2FOOT\x01\0\0\0" && index_end == Some(size - END))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A file that lacks bytes anywhere is not taken for whole.
-    #[test]
-    fn what_a_full_disk_leaves_is_not_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let part = PartFile::create(&folder.path().join("a.rrd")).unwrap();
-        let rec = open("test", Box::new(sink(&part).unwrap()), false).unwrap();
-        rec.log("words", &rerun::TextLog::new("something")).unwrap();
-        rec.flush_with_timeout(FLUSH_PATIENCE).unwrap();
-        assert!(!is_whole(part.part()).unwrap());
-        seal(&rec, &part).unwrap();
-        let whole = std::fs::read(part.part()).unwrap();
-        let lacking = |from: usize, to: usize| {
-            let path = folder.path().join("b");
-            std::fs::write(&path, [&whole[..from], &whole[to..]].concat()).unwrap();
-            !is_whole(&path).unwrap()
-        };
-        let size = whole.len();
-        assert!(!lacking(size, size));
-        assert!(lacking(size - 1, size) && lacking(size - 40, size) && lacking(0, size));
-        assert!(lacking(size / 2, size / 2 + 7));
-    }
+/// Pushes everything out and closes the file; its index is written then.
+pub fn seal(rec: &RecordingStream, rrd: &RrdFile, file: &PartFile) -> Result<(), RecordError> {
+    flush(rec, file)?;
+    rrd.seal().map_err(|reason| file.write_error(reason))
 }

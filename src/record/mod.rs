@@ -40,7 +40,6 @@ mod error;
 mod exponents;
 mod file_stream;
 mod health;
-mod outlet;
 mod part_file;
 mod patch;
 pub mod paths;
@@ -50,6 +49,7 @@ mod quantification;
 mod read;
 mod recurrence;
 mod regime;
+mod rrd_file;
 mod samples;
 mod section;
 mod sink;
@@ -60,6 +60,7 @@ mod style;
 pub mod sweep;
 mod text;
 mod vantage;
+mod viewer;
 
 #[cfg(test)]
 mod demo;

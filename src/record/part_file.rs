@@ -61,14 +61,33 @@ impl PartFile {
         }
     }
 
-    /// The place asked for.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Where the recording is being written.
     pub fn part(&self) -> &Path {
         &self.part
+    }
+
+    /// Not even a beginning can be written: takes the empty part away.
+    pub fn refused(&self, source: std::io::Error) -> RecordError {
+        // Whoever asks for the recording is told of the first fault.
+        let _ = std::fs::remove_file(&self.part);
+        RecordError::Create {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Makes sure that what is being written still has a name: without one it would end with the
+    /// program, and nothing that is written would tell.
+    ///
+    /// # Errors
+    /// [`RecordError::Gone`].
+    pub fn still_there(&self) -> Result<(), RecordError> {
+        let there = self.part.symlink_metadata();
+        there.map(drop).map_err(|source| RecordError::Gone {
+            path: self.path.clone(),
+            part: self.part.clone(),
+            source,
+        })
     }
 
     /// Writing has failed.

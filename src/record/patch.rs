@@ -35,9 +35,12 @@ const KEY: f64 = -1.02;
 /// Everything about the contact patch.
 #[derive(Debug)]
 pub struct Patch {
-    /// What is drawn now; frames of one tilt share it.
+    /// What is drawn now; frames of one tilt and load share it.
     geometry: Arc<PatchGeometry>,
+    /// The largest load of the run, N, and the radius of the patch under it, m: what forces are drawn
+    /// against, so that they can be compared all along.
     load: f64,
+    radius: f64,
     ball_radius: f64,
     vantage: Vantage,
     times: Vec<i64>,
@@ -69,7 +72,8 @@ impl Patch {
         draw_pole(rec, joint)?;
         Ok(Self {
             geometry: Arc::default(),
-            load: joint.load,
+            load: joint.largest_load(),
+            radius: joint.patch_radius,
             ball_radius: joint.ball_radius,
             vantage: Vantage::new(joint),
             times: Vec::new(),
@@ -88,7 +92,7 @@ impl Patch {
         if !same {
             let first = self.geometry.positions.is_empty();
             self.geometry = Arc::clone(&frame.geometry);
-            self.draw_geometry(rec, frame.t0)?;
+            self.draw_geometry(rec, frame.t0, frame.load)?;
             if first {
                 self.draw_key(rec)?;
             }
@@ -121,7 +125,7 @@ impl Patch {
         // A node grows with the root of its pressure: an open one keeps a dot of a quarter of its
         // cell's radius, one at twice the mean pressure (above the peak of Hertz) nearly fills
         // its cell.
-        let mean_pressure = self.load / (std::f64::consts::PI * geometry.radius.powi(2));
+        let mean_pressure = self.load / (std::f64::consts::PI * self.radius.powi(2));
         let radius = |force: f64, area: f64| {
             let full = (area / std::f64::consts::PI).sqrt();
             let share = (force / (2.0 * mean_pressure * area)).sqrt();
@@ -170,7 +174,7 @@ impl Patch {
     /// Length of friction arrows, mm/N.
     fn arrow_scale(&self) -> f64 {
         let nodes = self.geometry.positions.len() as f64;
-        1e3 * ARROW * self.geometry.radius * nodes / self.load
+        1e3 * ARROW * self.radius * nodes / self.load
     }
 
     /// The key to the colours of the nodes and to the arrows, in a row below all that the patch
@@ -206,8 +210,13 @@ impl Patch {
         Ok(rec.log_static(paths::FRICTION_KEY, &arrow)?)
     }
 
-    /// Where nodes, rim and load are from now on.
-    fn draw_geometry(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+    /// Where nodes, rim and load (N) are from now on.
+    fn draw_geometry(
+        &self,
+        rec: &RecordingStream,
+        time: f64,
+        load: f64,
+    ) -> Result<(), RecordError> {
         let geometry = &*self.geometry;
         let positions = || {
             geometry
@@ -233,14 +242,14 @@ impl Patch {
 
         let length = 1e3 * 2.2 * self.ball_radius;
         let tip = axis.map(|c| (1e3 * 1.05 * self.ball_radius * c) as f32);
-        let load = Arrows3D::from_vectors([axis.map(|c| (-length * c) as f32)])
+        let arrow = Arrows3D::from_vectors([axis.map(|c| (-length * c) as f32)])
             .with_origins(
                 [std::array::from_fn(|i| tip[i] + (length * axis[i]) as f32)] as [[f32; 3]; 1],
             )
             .with_colors([style::LOAD])
             .with_radii([1.2])
-            .with_labels([format!("load {} N", style::short(self.load))]);
-        stream::log_at(rec, paths::LOAD, time, &load)
+            .with_labels([format!("load {} N", style::short(load))]);
+        stream::log_at(rec, paths::LOAD, time, &arrow)
     }
 }
 

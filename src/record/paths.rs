@@ -24,6 +24,10 @@ pub const STATUS: &str = "probe/status";
 pub const WAVEFORM: &str = "signal";
 /// Tilt of the load, degrees.
 pub const TILT: &str = "tilt";
+/// Load, N, where it varies.
+pub const LOAD_NOW: &str = "load";
+/// Factor on the rotation, where it varies.
+pub const ROTATION_FACTOR: &str = "rotation_factor";
 
 /// Modal coordinates, one series a mode.
 pub const MODES_Q: &str = "modes/q";

@@ -40,7 +40,7 @@ pub struct Series {
 #[non_exhaustive]
 pub enum ReadError {
     /// The file cannot be opened.
-    #[error("cannot open the recording {}: {source}; check the path", path.display())]
+    #[error("cannot open the recording {}; check the path", path.display())]
     Open {
         /// The file.
         path: PathBuf,

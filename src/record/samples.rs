@@ -1,4 +1,4 @@
-//! Columns of plain numbers: probe, modes, energies, tilt.
+//! Columns of plain numbers: probe, modes, energies, and what acts on the joint.
 
 use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
 
@@ -66,6 +66,10 @@ pub struct Samples {
     modal_energy: Rows,
     energy: Rows,
     tilt: Rows,
+    /// Where it varies.
+    load: Option<Rows>,
+    /// Where it varies.
+    rotation_factor: Option<Rows>,
 }
 
 /// Names and colours of the series of one entity; without it they are called by their path.
@@ -89,6 +93,20 @@ impl Samples {
         one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL)?;
         one(paths::VELOCITY, "velocity, mm/s", style::SECOND)?;
         one(paths::TILT, "tilt, deg", style::LOAD)?;
+        let varying = |varies: bool, path, name, color| -> Result<Option<Rows>, RecordError> {
+            if !varies {
+                return Ok(None);
+            }
+            one(path, name, color)?;
+            Ok(Some(Rows::new(path, 1)))
+        };
+        let load = varying(joint.load_varies(), paths::LOAD_NOW, "load, N", style::LOAD)?;
+        let rotation_factor = varying(
+            joint.rotation_varies(),
+            paths::ROTATION_FACTOR,
+            "factor on the rotation",
+            style::ROTATION,
+        )?;
         for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
             let colors = (0..joint.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
             name_series(rec, path, joint.modes.iter().map(mode_name), colors)?;
@@ -112,6 +130,8 @@ impl Samples {
             modal_energy: Rows::new(paths::MODES_ENERGY, modes),
             energy: Rows::new(paths::ENERGY, 3),
             tilt: Rows::new(paths::TILT, 1),
+            load,
+            rotation_factor,
         })
     }
 
@@ -134,6 +154,12 @@ impl Samples {
         }
         if !frame.is_empty() {
             self.tilt.push(frame.t0, [frame.tilt.to_degrees()]);
+            if let Some(load) = &mut self.load {
+                load.push(frame.t0, [frame.load]);
+            }
+            if let Some(factor) = &mut self.rotation_factor {
+                factor.push(frame.t0, [frame.rotation_factor]);
+            }
         }
         for rows in self.all() {
             rows.send_full(rec)?;
@@ -149,8 +175,8 @@ impl Samples {
         Ok(())
     }
 
-    fn all(&mut self) -> [&mut Rows; 7] {
-        [
+    fn all(&mut self) -> impl Iterator<Item = &mut Rows> {
+        let always = [
             &mut self.displacement,
             &mut self.velocity,
             &mut self.q,
@@ -158,7 +184,9 @@ impl Samples {
             &mut self.modal_energy,
             &mut self.energy,
             &mut self.tilt,
-        ]
+        ];
+        let varying = [&mut self.load, &mut self.rotation_factor];
+        always.into_iter().chain(varying.into_iter().flatten())
     }
 }
 

@@ -1,26 +1,23 @@
 //! The sink at the end of the road: owns the recording stream, its file and its viewer.
 
 use std::{
+    fmt,
     mem::ManuallyDrop,
-    net::{TcpStream, ToSocketAddrs},
     path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use rerun::{
-    RecordingStream, SpawnOptions,
-    external::re_uri::ProxyUri,
-    sink::{GrpcSink, LogSink},
-};
+use rerun::{RecordingStream, sink::LogSink};
 
 use super::{
     blueprint,
     encode::Encoder,
     error::RecordError,
-    file_stream::{self, FLUSH_PATIENCE},
-    outlet::{FileAndViewer, VIEWER_PATIENCE, ViewerLost},
+    file_stream,
     part_file::PartFile,
+    rrd_file::RrdFile,
+    viewer::{self, Feed, Live},
 };
 use crate::{
     pipeline::{
@@ -34,8 +31,8 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
-/// How long to wait for a viewer's port.
-const CONNECT_PATIENCE: Duration = Duration::from_secs(2);
+/// How long a flush to a viewer may take: that it is stuck is told by its own thread, much earlier.
+const FOREVER: Duration = Duration::from_secs(24 * 3600);
 
 /// Where a recording goes; file and viewer may be given together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,19 +48,57 @@ pub struct Output {
 /// Writes records as a Rerun recording.
 ///
 /// The file appears under its name only after [`Sink::finish`], which an interrupted run calls
-/// too. After a failure the stream is leaked on purpose: dropping it waits for a disk or viewer
-/// that may never answer.
+/// too. A viewer is fed from the file where there is one: if it goes, the run goes on, and if it
+/// comes back, it is sent everything. After a failure the stream is leaked on purpose: dropping it
+/// waits for a disk or viewer that may never answer.
 #[derive(Debug)]
 pub struct RerunSink {
     rec: ManuallyDrop<RecordingStream>,
-    file: Option<PartFile>,
-    viewer: Option<String>,
-    lost: ViewerLost,
+    end: End,
     spec: RecordSpec,
     encoder: Option<Encoder>,
     /// When samples were last sent without waiting for more of them.
     sent: Instant,
     flushed: Instant,
+    notice: Notice,
+    /// Whether it has been told that the viewer is away.
+    told_away: bool,
+}
+
+/// Where a recording ends.
+#[derive(Debug)]
+enum End {
+    File {
+        part: PartFile,
+        rrd: RrdFile,
+        feed: Option<Feed>,
+    },
+    Viewer(Live),
+}
+
+impl End {
+    fn feed(&self) -> Option<&Feed> {
+        match self {
+            Self::File { feed, .. } => feed.as_ref(),
+            Self::Viewer(_) => None,
+        }
+    }
+
+    fn is_watched(&self) -> bool {
+        match self {
+            Self::File { feed, .. } => feed.is_some(),
+            Self::Viewer(_) => true,
+        }
+    }
+}
+
+/// Takes words for whoever started the run.
+struct Notice(Box<dyn Fn(&str) + Send>);
+
+impl fmt::Debug for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Notice")
+    }
 }
 
 impl RerunSink {
@@ -78,39 +113,67 @@ impl RerunSink {
         }
         // The viewer first: if it is missing, not even a part file is made.
         let address = match &output.connect {
-            Some(url) => Some(reachable(url)?),
-            None if output.spawn => Some(spawn()?),
+            Some(url) => Some(viewer::reachable(url)?),
+            None if output.spawn => Some(viewer::spawn()?),
             None => None,
         };
-        let file = output.save.as_deref().map(PartFile::create).transpose()?;
-        let lost = ViewerLost::default();
-        let viewer = address.as_ref().map(ToString::to_string);
-        let file_sink = file.as_ref().map(file_stream::sink).transpose()?;
-        let sink: Box<dyn LogSink> = match (file_sink, address.map(GrpcSink::new)) {
-            (Some(file), Some(viewer)) => Box::new(FileAndViewer {
-                file,
-                viewer,
-                lost: lost.clone(),
-            }),
-            (Some(file), None) => Box::new(file),
-            (None, Some(viewer)) => Box::new(viewer),
+        let end = match (&output.save, address) {
+            (Some(path), address) => {
+                let part = PartFile::create(path)?;
+                let rrd = file_stream::sink(&part)?;
+                let feed = address.map(|address| Feed::start(part.part(), address));
+                let feed = feed.transpose()?;
+                End::File { part, rrd, feed }
+            }
+            (None, Some(address)) => End::Viewer(Live::start(address)?),
             (None, None) => return Err(RecordError::NoOutput),
         };
+        let sink: Box<dyn LogSink> = match &end {
+            End::File { rrd, .. } => Box::new(rrd.clone()),
+            End::Viewer(live) => Box::new(live.clone()),
+        };
+        let rec = file_stream::open(APPLICATION, sink, end.is_watched())?;
         Ok(Self {
-            rec: ManuallyDrop::new(file_stream::open(APPLICATION, sink, viewer.is_some())?),
-            file,
-            viewer,
-            lost,
+            rec: ManuallyDrop::new(rec),
+            end,
             spec,
             encoder: None,
             sent: Instant::now(),
             flushed: Instant::now(),
+            notice: Notice(Box::new(|_| ())),
+            told_away: false,
         })
+    }
+
+    /// Tells `notice` in a line what happens that is no error: that the viewer has gone or is back.
+    #[must_use]
+    pub fn with_notice(mut self, notice: impl Fn(&str) + Send + 'static) -> Self {
+        self.notice = Notice(Box::new(notice));
+        self
     }
 
     /// Whether the viewer has gone while the recording is being saved.
     pub fn viewer_lost(&self) -> bool {
-        self.lost.get()
+        self.end.feed().is_some_and(Feed::is_away)
+    }
+
+    /// Tells when the viewer goes and when it is back.
+    fn look_after_viewer(&mut self) {
+        let Some(feed) = self.end.feed() else {
+            return;
+        };
+        let (url, away) = (feed.url(), feed.is_away());
+        if away == self.told_away {
+            return;
+        }
+        (self.notice.0)(&match away {
+            true => format!(
+                "the viewer at {url} has gone; the run goes on into the file, and a viewer that is \
+                 back there is sent everything"
+            ),
+            false => format!("the viewer at {url} is back"),
+        });
+        self.told_away = away;
     }
 
     fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
@@ -123,12 +186,13 @@ impl RerunSink {
         if let Record::Header(header) = record {
             return self.start(header);
         }
-        let patience = file_stream::lag(self.viewer.is_some());
+        let patience = file_stream::lag(self.end.is_watched());
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
         encoder.accept(&self.rec, record)?;
         if self.sent.elapsed() >= patience {
             encoder.send_waiting(&self.rec)?;
             self.sent = Instant::now();
+            self.look_after_viewer();
         }
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
@@ -138,26 +202,18 @@ impl RerunSink {
 
     /// Pushes everything out, and learns of faults: logging itself never reports one.
     fn flush(&mut self) -> Result<(), RecordError> {
-        let patience = if self.file.is_some() {
-            FLUSH_PATIENCE
-        } else {
-            VIEWER_PATIENCE
+        let result = match &self.end {
+            End::File { part, .. } => file_stream::flush(&self.rec, part),
+            End::Viewer(live) => {
+                let flushed = self.rec.flush_with_timeout(FOREVER);
+                match live.fault() {
+                    Some(fault) => Err(fault),
+                    None => flushed.map_err(|error| RecordError::Encode(error.to_string())),
+                }
+            }
         };
-        let result = self.rec.flush_with_timeout(patience);
         self.flushed = Instant::now();
-        result.map_err(|error| match &self.file {
-            Some(file) => file.write_error(error.to_string()),
-            // Rerun's own words for this suspect a fault of its own.
-            None => self.viewer_error("it was closed or no longer answers".to_owned()),
-        })
-    }
-
-    fn viewer_error(&self, reason: String) -> RecordError {
-        RecordError::Viewer {
-            url: self.viewer.clone().unwrap_or_default(),
-            reason,
-            saved: self.file.as_ref().map(|file| file.path().to_owned()),
-        }
+        result
     }
 
     /// Sends what waits, and closes the file; its index is written then.
@@ -165,21 +221,39 @@ impl RerunSink {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
-        self.flush()?;
-        let Some(file) = &self.file else {
-            return Ok(());
-        };
-        file_stream::seal(&self.rec, file)
+        match &self.end {
+            End::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
+            End::Viewer(_) => self.flush(),
+        }
     }
 
     fn close(&mut self) -> Result<(), RecordError> {
         self.end_stream()?;
-        if let Some(file) = &self.file {
-            file.keep()?;
+        match &self.end {
+            End::File { part, feed, .. } => {
+                // First of all: a viewer may take its time, and whoever waits for it may lose patience.
+                part.keep()?;
+                let Some(feed) = feed else {
+                    return Ok(());
+                };
+                let (tell, url) = (&self.notice.0, feed.url());
+                let waiting = || {
+                    tell(&format!(
+                        "all is in the file; the viewer at {url} is still taking it in; Ctrl-C, twice, \
+                         ends the wait"
+                    ));
+                };
+                let served = feed.drain(waiting);
+                if !served && !self.told_away {
+                    tell(&format!(
+                        "the viewer at {url} was closed or takes nothing any more; all is in the file"
+                    ));
+                    self.told_away = true;
+                }
+            }
+            End::Viewer(live) => live.close()?,
         }
-        if self.lost.get() {
-            return Err(self.viewer_error("it was closed during the run".to_owned()));
-        }
+        self.look_after_viewer();
         Ok(())
     }
 }
@@ -190,6 +264,9 @@ impl Drop for RerunSink {
         if self.encoder.is_some() {
             // The run already has an error to report, and this one could tell nothing more.
             let _ = self.end_stream();
+        }
+        if let Some(feed) = self.end.feed() {
+            feed.end();
         }
     }
 }
@@ -205,10 +282,9 @@ impl Sink for RerunSink {
     }
 
     fn delivery(&self) -> Delivery {
-        if self.file.is_some() {
-            Delivery::Everything
-        } else {
-            Delivery::LatestPictures
+        match self.end {
+            End::File { .. } => Delivery::Everything,
+            End::Viewer(_) => Delivery::LatestPictures,
         }
     }
 
@@ -216,53 +292,4 @@ impl Sink for RerunSink {
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(self.close()?)
     }
-}
-
-/// Reads a viewer's address and makes sure that something listens there.
-fn reachable(url: &str) -> Result<ProxyUri, RecordError> {
-    let address: ProxyUri = url.parse().map_err(|error| RecordError::Address {
-        url: url.to_owned(),
-        reason: format!("{error}"),
-    })?;
-    let host = address.origin.host.to_string();
-    let found = (host.trim_matches(['[', ']']), address.origin.port).to_socket_addrs();
-    let fault = |error: std::io::Error| RecordError::Viewer {
-        url: url.to_owned(),
-        reason: error.to_string(),
-        saved: None,
-    };
-    let mut result = Err(fault(std::io::ErrorKind::AddrNotAvailable.into()));
-    for socket in found.map_err(fault)? {
-        match TcpStream::connect_timeout(&socket, CONNECT_PATIENCE) {
-            Ok(_) => return Ok(address),
-            Err(error) => result = Err(fault(error)),
-        }
-    }
-    result
-}
-
-/// Starts a viewer and gives its address.
-fn spawn() -> Result<ProxyUri, RecordError> {
-    let fault = |reason: String| RecordError::Spawn { reason };
-    let options = SpawnOptions {
-        wait_for_bind: true,
-        hide_welcome_screen: true,
-        // Left alone, the viewer would listen to the whole network.
-        extra_args: vec!["--bind".to_owned(), "127.0.0.1".to_owned()],
-        ..SpawnOptions::default()
-    };
-    let info = rerun::spawn(&options).map_err(|error| {
-        // The full text of the error is a page on installing; its first line is the reason.
-        let text = error.to_string();
-        fault(
-            text.lines()
-                .next()
-                .unwrap_or_default()
-                .trim_end_matches('.')
-                .to_owned(),
-        )
-    })?;
-    let url = format!("rerun+http://127.0.0.1:{}/proxy", info.port);
-    url.parse::<ProxyUri>()
-        .map_err(|error| fault(error.to_string()))
 }

@@ -311,6 +311,14 @@ pub fn capital(words: &str) -> String {
     first.chain(letters).collect()
 }
 
+/// The smallest and the largest value of something: `100 to 150`, or the one that it always has.
+pub fn span(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
+    match ends.map(words) {
+        [low, high] if low == high => low,
+        [low, high] => format!("{low} to {high}"),
+    }
+}
+
 /// A number for a label: at most three significant digits, no trailing zeros.
 pub fn short(x: f64) -> String {
     if x == 0.0 {

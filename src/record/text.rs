@@ -17,8 +17,10 @@ fn reading(header: &Header) -> String {
     let has = |kind| header.has(kind);
     let rows = [
         (
-            joint,
-            "**Ball and beam** | the vibrating body, its motion drawn much too large; yellow moves most",
+            header
+                .joint()
+                .is_some_and(|joint| !joint.outline.vertices.is_empty()),
+            "**Ball and beam**, or **Body of** a file | the vibrating body, its motion drawn much too large; yellow moves most",
         ),
         (
             joint,
@@ -237,10 +239,12 @@ pub fn narrate(
 ) -> Result<(), RecordError> {
     let facts = match &header.subject {
         Subject::Joint(joint) => format!(
-            "Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed:.1} mm/s.",
+            "Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed} mm/s.",
             ball = 2e3 * joint.ball_radius,
-            load = style::short(joint.load),
-            speed = 1e3 * joint.sliding_speed,
+            load = style::span(joint.load_span, style::short),
+            speed = style::span(joint.rotation_span, |factor| {
+                format!("{:.1}", 1e3 * factor * joint.sliding_speed)
+            }),
         ),
         Subject::Small(small) => format!(
             "This is {}, with a natural frequency of {}.",

@@ -5,6 +5,8 @@ use std::io;
 
 use thiserror::Error;
 
+use crate::joint::OwnModesError;
+
 /// Where in its source a scene is at fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -72,6 +74,28 @@ pub enum SceneError {
         scene: String,
         /// What it runs.
         subject: &'static str,
+    },
+    /// A ball on a beam is needed, and the scene takes its modes from a file.
+    #[error(
+        "the scene `{scene}` takes its modes and its contact patch from `{file}`, and this needs \
+         those of ball and beam; take a scene without body.modes, such as `{}`",
+        super::DEFAULT_SCENE
+    )]
+    NoBeam {
+        /// Name of the scene.
+        scene: String,
+        /// The file of the modes.
+        file: String,
+    },
+    /// The file of the modes is at fault.
+    #[error("{at}: `body.modes`: {file}: {problem}")]
+    Modes {
+        /// Where the scene names it.
+        at: Place,
+        /// The file.
+        file: String,
+        /// What is wrong with it, and what to do.
+        problem: Box<OwnModesError>,
     },
     /// A small system is needed, and the scene runs a joint.
     #[error(
@@ -141,9 +165,10 @@ pub enum Fault {
         /// What the value must be.
         expected: String,
     },
-    /// A key that is no single number, where one is to be varied.
+    /// A key that is no single number, or part of a function of time, where one is to be varied.
     #[error(
-        "`{key}` is no single number; only numbers can be varied, `squeakscope scenes --keys` lists them"
+        "`{key}` is no single number that holds for a whole run; only such can be varied, \
+         `squeakscope scenes --keys` lists them"
     )]
     NotANumber {
         /// Its dotted path.
@@ -244,12 +269,14 @@ pub enum SceneWarning {
         /// Kinetic coefficient.
         mu_d: f64,
     },
-    /// The run ends before the tilt has gone through its whole schedule.
+    /// The run ends before tilt, load or rotation have gone through their whole schedule.
     ScheduleCutShort {
+        /// Which of them.
+        of: &'static str,
         /// Simulated time, s.
         duration: f64,
-        /// Time of the schedule's last knot, s.
-        last_knot: f64,
+        /// Time of the schedule's last knot or step, s.
+        last: f64,
     },
     /// The run ends before something that it asks for has begun.
     NeverBegins {
@@ -270,14 +297,11 @@ impl fmt::Display for SceneWarning {
                 "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction then grows with \
                  speed, and the falling part of the curve that drives squeak is absent"
             ),
-            Self::ScheduleCutShort {
-                duration,
-                last_knot,
-            } => write!(
+            Self::ScheduleCutShort { of, duration, last } => write!(
                 f,
-                "the run ends at {} ms, before the last knot of load.tilt at {} ms",
+                "the run ends at {} ms, before the last change of the {of} at {} ms",
                 duration * 1e3,
-                last_knot * 1e3
+                last * 1e3
             ),
             Self::NeverBegins {
                 key,

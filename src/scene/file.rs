@@ -4,6 +4,7 @@
 //! wrong becomes a [`SceneError`] that names file, line and key.
 
 use std::ops::Range;
+use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -43,6 +44,11 @@ impl<'t> Document<'t> {
         };
         document.refuse_unknown(&document.root, "")?;
         Ok(document)
+    }
+
+    /// The folder in which the files that the scene names are.
+    pub fn folder(&self) -> &'t Path {
+        Path::new(self.file).parent().unwrap_or(Path::new(""))
     }
 
     /// The value of a key, or its default.

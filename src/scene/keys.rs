@@ -107,7 +107,8 @@ pub fn key_reference() -> String {
             table = Some(here);
             let heading = match here {
                 "" => "Top level".to_owned(),
-                here if here == TILT_KNOTS.path => format!("`[[{here}]]`"),
+                // A table that is a key as well is a list of tables.
+                here if ALL.iter().any(|key| key.path() == here) => format!("`[[{here}]]`"),
                 here => format!("`[{here}]`"),
             };
             reference.push_str(&format!(
@@ -162,6 +163,42 @@ const DRIVE_FREQUENCY: Number = number(Hertz, Range::Closed(0.0, 1e5));
 /// What a place on the line of a small system must be.
 const PLACE: Number = number(Micrometre, Range::Closed(-1e6, 1e6));
 
+/// What a time in a function of time must be.
+const MOMENT: Number = number(Millisecond, Range::Closed(0.0, 1e6));
+
+/// How many knots or steps a function of time has.
+const POINTS: Tables = Tables { max: MOST_POINTS };
+
+/// The most knots or steps.
+pub(super) const MOST_POINTS: usize = 10_000;
+
+/// What a load must be.
+const FORCE: Number = number(Newton, Range::Positive(1e6));
+
+/// What a tilt must be.
+const ANGLE: Number = number(Degree, Range::Closed(-90.0, 90.0));
+
+/// What a factor on the rotation must be. At 0 nothing would slide.
+const FACTOR: Number = number(One, Range::Positive(1000.0));
+
+/// What the frequency of a sine must be, whatever the frames.
+const SINE_FREQUENCY: Number = number(Hertz, Range::Positive(1e5));
+
+/// What the phase of a sine must be.
+const PHASE: Number = number(Degree, Range::Closed(-360.0, 360.0));
+
+/// The forms of the load exclude one another.
+const ONE_LOAD: Otherwise =
+    Else("exactly one of `load_n`, `load`, `load_steps`, `load_sine` and `load_csv`");
+
+/// The forms of the tilt exclude one another.
+const ONE_TILT: Otherwise =
+    Else("exactly one of `tilt_deg`, `tilt`, `tilt_steps`, `tilt_sine` and `tilt_csv`");
+
+/// The forms of the factor on the rotation exclude one another.
+const ONE_FACTOR: Otherwise =
+    Else("1 at all times; at most one of `factor`, `factor_steps`, `factor_sine` and `factor_csv`");
+
 /// The norms by name.
 const NORM: Choice<Norm> = Choice {
     options: &[
@@ -190,6 +227,8 @@ keys! {
     /// A few sentences (Markdown) on what to look for.
     ABOUT: Text = "about", Else("empty"), Text;
 
+    /// File (.npz) of modes and contact patch from another finite-element program, from the folder of the scene file; excludes every other key of `[body]`, `[socket]` and what lays out the patch.
+    MODES: Text = "body.modes", Else("ball and beam as below"), Text;
     /// Diameter of the ball; smaller than the socket's.
     BALL_DIAMETER: Number = "body.ball_diameter_mm", Default("31.75"),
         number(Millimetre, Range::Closed(1.0, 500.0));
@@ -235,27 +274,92 @@ keys! {
     /// Poisson's ratio of the socket.
     SOCKET_POISSON: Number = "socket.poisson", Default("0.33"), number(One, Range::Open(-1.0, 0.5));
 
-    /// Force that presses the ball into the socket.
-    LOAD: Number = "load.load_n", Required, number(Newton, Range::Positive(1e6));
+    /// Force that presses the ball into the socket, constant in time.
+    LOAD: Number = "load.load_n", ONE_LOAD, FORCE;
+    /// The same as a function of time instead: knots, straight lines between them, constant outside. Looked at where a frame starts: every `time.frame_samples` samples, 1.28 ms by default.
+    LOAD_KNOTS: Tables = "load.load", ONE_LOAD, POINTS;
+    /// The same in steps: each value from its time on, the first one before it as well. The joint changes exactly there.
+    LOAD_STEPS: Tables = "load.load_steps", ONE_LOAD, POINTS;
+    /// The same as knots from a CSV file, named from the scene file's folder: a line `time_ms,load_n`, then a knot a line.
+    LOAD_CSV: Text = "load.load_csv", ONE_LOAD, Text;
     /// Tilt of the load against the beam's axis, constant in time.
-    TILT: Number = "load.tilt_deg", Else("exactly one of `tilt_deg` and `tilt`"),
-        number(Degree, Range::Closed(-90.0, 90.0));
-    /// Tilt as a function of time instead: knots, straight lines between them, constant outside.
-    TILT_KNOTS: Tables = "load.tilt", Else("exactly one of `tilt_deg` and `tilt`"), Tables { max: 10_000 };
+    TILT: Number = "load.tilt_deg", ONE_TILT, ANGLE;
+    /// Tilt as a function of time instead: knots, straight lines between them, constant outside. Looked at where a frame starts, like all such knots.
+    TILT_KNOTS: Tables = "load.tilt", ONE_TILT, POINTS;
+    /// The same in steps: each value from its time on, the first one before it as well. The joint changes exactly there.
+    TILT_STEPS: Tables = "load.tilt_steps", ONE_TILT, POINTS;
+    /// The same as knots from a CSV file, named from the scene file's folder: a line `time_ms,tilt_deg`, then a knot a line.
+    TILT_CSV: Text = "load.tilt_csv", ONE_TILT, Text;
     /// Direction of the tilt: from +x towards +y.
     AZIMUTH: Number = "load.azimuth_deg", Default("0"),
         number(Degree, Range::Closed(-360.0, 360.0));
 
     /// Time of the knot; later than the one before.
-    KNOT_TIME: Number = "load.tilt.time_ms", Required,
-        number(Millisecond, Range::Closed(0.0, 1e6));
-    /// Tilt at that time.
-    KNOT_TILT: Number = "load.tilt.tilt_deg", Required,
-        number(Degree, Range::Closed(-90.0, 90.0));
+    LOAD_KNOT_TIME: Number = "load.load.time_ms", Required, MOMENT;
+    /// Load at that time.
+    LOAD_KNOT: Number = "load.load.load_n", Required, FORCE;
 
-    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where nothing slides.
+    /// Time of the step; later than the one before.
+    LOAD_STEP_TIME: Number = "load.load_steps.time_ms", Required, MOMENT;
+    /// Load from that time on.
+    LOAD_STEP: Number = "load.load_steps.load_n", Required, FORCE;
+
+    /// Load that it swings about; a sine is `mean + amplitude sin(2 pi frequency t + phase)`.
+    LOAD_MEAN: Number = "load.load_sine.mean_n", Required, FORCE;
+    /// How far it goes from there; smaller than the mean.
+    LOAD_AMPLITUDE: Number = "load.load_sine.amplitude_n", Required, number(Newton, Range::Closed(0.0, 1e6));
+    /// Frequency; the sine is looked at where a frame starts (every 1.28 ms by default), and a period is at least 20 frames.
+    LOAD_FREQUENCY: Number = "load.load_sine.frequency_hz", Required, SINE_FREQUENCY;
+    /// Phase at time 0.
+    LOAD_PHASE: Number = "load.load_sine.phase_deg", Default("0"), PHASE;
+
+    /// Time of the knot; later than the one before.
+    TILT_KNOT_TIME: Number = "load.tilt.time_ms", Required, MOMENT;
+    /// Tilt at that time.
+    TILT_KNOT: Number = "load.tilt.tilt_deg", Required, ANGLE;
+
+    /// Time of the step; later than the one before.
+    TILT_STEP_TIME: Number = "load.tilt_steps.time_ms", Required, MOMENT;
+    /// Tilt from that time on.
+    TILT_STEP: Number = "load.tilt_steps.tilt_deg", Required, ANGLE;
+
+    /// Tilt that it swings about; a sine is `mean + amplitude sin(2 pi frequency t + phase)`.
+    TILT_MEAN: Number = "load.tilt_sine.mean_deg", Required, ANGLE;
+    /// How far it goes from there.
+    TILT_AMPLITUDE: Number = "load.tilt_sine.amplitude_deg", Required, number(Degree, Range::Closed(0.0, 90.0));
+    /// Frequency; the sine is looked at where a frame starts (every 1.28 ms by default), and a period is at least 20 frames.
+    TILT_FREQUENCY: Number = "load.tilt_sine.frequency_hz", Required, SINE_FREQUENCY;
+    /// Phase at time 0.
+    TILT_PHASE: Number = "load.tilt_sine.phase_deg", Default("0"), PHASE;
+
+    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where the middle of the patch would not slide. Zero is a joint at rest.
     ROTATION: Vector = "rotation.rad_s", Default("[0.7071067811865476, 0.7071067811865476, 0]"),
         Vector { component: number(RadianPerSecond, Range::Closed(-1e4, 1e4)) };
+    /// Factor on the rotation vector as a function of time: knots, straight lines between them, constant outside. Looked at where a frame starts, like all such knots.
+    FACTOR_KNOTS: Tables = "rotation.factor", ONE_FACTOR, POINTS;
+    /// The same in steps: each value from its time on, the first one before it as well. The joint changes exactly there.
+    FACTOR_STEPS: Tables = "rotation.factor_steps", ONE_FACTOR, POINTS;
+    /// The same as knots from a CSV file, named from the scene file's folder: a line `time_ms,factor`, then a knot a line.
+    FACTOR_CSV: Text = "rotation.factor_csv", ONE_FACTOR, Text;
+
+    /// Time of the knot; later than the one before.
+    FACTOR_KNOT_TIME: Number = "rotation.factor.time_ms", Required, MOMENT;
+    /// Factor at that time.
+    FACTOR_KNOT: Number = "rotation.factor.factor", Required, FACTOR;
+
+    /// Time of the step; later than the one before.
+    FACTOR_STEP_TIME: Number = "rotation.factor_steps.time_ms", Required, MOMENT;
+    /// Factor from that time on.
+    FACTOR_STEP: Number = "rotation.factor_steps.factor", Required, FACTOR;
+
+    /// Factor that it swings about; a sine is `mean + amplitude sin(2 pi frequency t + phase)`.
+    FACTOR_MEAN: Number = "rotation.factor_sine.mean", Required, FACTOR;
+    /// How far it goes from there; smaller than the mean.
+    FACTOR_AMPLITUDE: Number = "rotation.factor_sine.amplitude", Required, number(One, Range::Closed(0.0, 1000.0));
+    /// Frequency; the sine is looked at where a frame starts (every 1.28 ms by default), and a period is at least 20 frames.
+    FACTOR_FREQUENCY: Number = "rotation.factor_sine.frequency_hz", Required, SINE_FREQUENCY;
+    /// Phase at time 0.
+    FACTOR_PHASE: Number = "rotation.factor_sine.phase_deg", Default("0"), PHASE;
 
     /// Whether the turning of the vibration with the ball, Omega x u, is part of the slip velocity, as Eq. (4) can be read; about 1e-4 of the rest.
     CONVECTION: Flag = "rotation.convection", Default("false"), Flag;
@@ -267,7 +371,7 @@ keys! {
         Choice { options: &[("rings", Quadrature::Rings), ("gauss", Quadrature::Gauss)] };
     /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
     STIFFNESS_FACTOR: Number = "contact.stiffness_factor", Default("1.0"),
-        number(One, Range::Positive(1000.0));
+        number(One, Range::Positive(1e4));
     /// How the stiffness is spread over the patch: evenly, or like the pre-stress.
     STIFFNESS: Choice<StiffnessLaw> = "contact.stiffness", Default("\"uniform\""),
         Choice { options: &[("uniform", StiffnessLaw::Uniform), ("pre-stress", StiffnessLaw::LikePreStress)] };
@@ -298,7 +402,7 @@ keys! {
     MU_D: Number = "friction.mu_d", Else("required with `stribeck`"), number(One, Range::Closed(0.0, 10.0));
     /// Slope factor of the creep region, `d` of Eq. (5); the larger, the sharper the rise at rest.
     CREEP_SLOPE: Number = "friction.creep_slope_s_per_m", Default("1000"),
-        number(SecondPerMetre, Range::Positive(1e6));
+        number(SecondPerMetre, Range::Positive(1e8));
     /// Slope factor of the sliding region, `f` of Eq. (5); the larger, the steeper the fall.
     STRIBECK_SLOPE: Number = "friction.stribeck_slope_s_per_m", Default("10"),
         number(SecondPerMetre, Range::Closed(0.0, 1e6));
@@ -523,12 +627,12 @@ keys! {
     /// Time between results.
     BUTTERFLY_EVERY: Number = "analysis.butterfly.every_ms", Default("1"), number(Millisecond, Range::Closed(0.01, 10_000.0));
 
-    /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here.
-    PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
-    /// Snapshots of the deforming body a millisecond.
-    BODY_RATE: Number = "record.body_rate_khz", Default("2"), number(Kilohertz, Range::Positive(2000.0));
-    /// Energy samples a millisecond.
-    ENERGY_RATE: Number = "record.energy_rate_khz", Default("10"), number(Kilohertz, Range::Positive(2000.0));
+    /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here; 0 for none.
+    PATCH_RATE: Number = "record.patch_rate_khz", Default("2"), number(Kilohertz, Range::Closed(0.0, 2000.0));
+    /// Pictures of the deforming body in three dimensions a millisecond; 0 for none.
+    BODY_RATE: Number = "record.body_rate_khz", Default("2"), number(Kilohertz, Range::Closed(0.0, 2000.0));
+    /// Energy samples a millisecond; 0 for none, and then the work of friction is not followed and not audited.
+    ENERGY_RATE: Number = "record.energy_rate_khz", Default("10"), number(Kilohertz, Range::Closed(0.0, 2000.0));
     /// Factor by which the body's deformation is shown larger than it is.
     EXAGGERATION: Number = "record.exaggeration", Default("2000"), number(One, Range::Closed(1.0, 1e9));
 }
@@ -569,6 +673,93 @@ pub(super) enum Divergence {
     /// All within a radius.
     Kantz,
 }
+
+/// The keys of a quantity that can be a function of time.
+pub(super) struct ScheduleKeys {
+    /// The quantity in a word.
+    pub word: &'static str,
+    /// Its constant; the factor on the rotation has none.
+    pub constant: Option<&'static Key<Number>>,
+    /// What each of its values must be.
+    pub value: Number,
+    /// Knots, then time and value of each.
+    pub knots: (&'static Key<Tables>, [&'static Key<Number>; 2]),
+    /// Steps, then time and value of each.
+    pub steps: (&'static Key<Tables>, [&'static Key<Number>; 2]),
+    /// The table of a sine.
+    pub sine: &'static str,
+    /// Mean, amplitude, frequency and phase of the sine.
+    pub sine_numbers: [&'static Key<Number>; 4],
+    /// The file of knots.
+    pub csv: &'static Key<Text>,
+}
+
+impl ScheduleKeys {
+    /// The paths of its forms, the constant first.
+    pub fn forms(&self) -> impl Iterator<Item = &'static str> {
+        let constant = self.constant.map(|key| key.path);
+        let others = [
+            self.knots.0.path,
+            self.steps.0.path,
+            self.sine,
+            self.csv.path,
+        ];
+        constant.into_iter().chain(others)
+    }
+
+    /// Whether a key is part of a function of time, not a value for a whole run.
+    fn holds_in_part(&self, path: &str) -> bool {
+        let table = split(path).0;
+        self.forms().any(|form| form == table)
+    }
+}
+
+/// Whether a key is part of a function of time, not a value for a whole run.
+pub(super) fn is_of_a_schedule(path: &str) -> bool {
+    let all = [&LOAD_SCHEDULE, &TILT_SCHEDULE, &FACTOR_SCHEDULE];
+    all.into_iter().any(|keys| keys.holds_in_part(path))
+}
+
+/// Those of the load.
+pub(super) static LOAD_SCHEDULE: ScheduleKeys = ScheduleKeys {
+    word: "load",
+    constant: Some(&LOAD),
+    value: FORCE,
+    knots: (&LOAD_KNOTS, [&LOAD_KNOT_TIME, &LOAD_KNOT]),
+    steps: (&LOAD_STEPS, [&LOAD_STEP_TIME, &LOAD_STEP]),
+    sine: "load.load_sine",
+    sine_numbers: [&LOAD_MEAN, &LOAD_AMPLITUDE, &LOAD_FREQUENCY, &LOAD_PHASE],
+    csv: &LOAD_CSV,
+};
+
+/// Those of the tilt.
+pub(super) static TILT_SCHEDULE: ScheduleKeys = ScheduleKeys {
+    word: "tilt",
+    constant: Some(&TILT),
+    value: ANGLE,
+    knots: (&TILT_KNOTS, [&TILT_KNOT_TIME, &TILT_KNOT]),
+    steps: (&TILT_STEPS, [&TILT_STEP_TIME, &TILT_STEP]),
+    sine: "load.tilt_sine",
+    sine_numbers: [&TILT_MEAN, &TILT_AMPLITUDE, &TILT_FREQUENCY, &TILT_PHASE],
+    csv: &TILT_CSV,
+};
+
+/// Those of the factor on the rotation.
+pub(super) static FACTOR_SCHEDULE: ScheduleKeys = ScheduleKeys {
+    word: "rotation",
+    constant: None,
+    value: FACTOR,
+    knots: (&FACTOR_KNOTS, [&FACTOR_KNOT_TIME, &FACTOR_KNOT]),
+    steps: (&FACTOR_STEPS, [&FACTOR_STEP_TIME, &FACTOR_STEP]),
+    sine: "rotation.factor_sine",
+    sine_numbers: [
+        &FACTOR_MEAN,
+        &FACTOR_AMPLITUDE,
+        &FACTOR_FREQUENCY,
+        &FACTOR_PHASE,
+    ],
+    csv: &FACTOR_CSV,
+};
 
 /// The keys of a norm and the four thresholds in one table.
 pub(super) struct NearnessKeys {

@@ -15,6 +15,8 @@ mod units;
 mod validate;
 
 #[cfg(test)]
+mod schedule_tests;
+#[cfg(test)]
 mod small_tests;
 #[cfg(test)]
 mod tests;
@@ -27,11 +29,11 @@ pub use error::{Fault, Place, SceneError, SceneWarning};
 pub use keys::key_reference;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
-pub use schedule::Schedule;
+pub use schedule::{Schedule, Sine};
 pub use spec::{
     Amount, AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, Events,
     ExponentsSpec, Integrator, Method, NearnessSpec, QuantificationSpec, RecordSpec,
     RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface, Setting, SlidingSpec,
     SpectrogramSpec, Start, StateCoordinate,
 };
-pub use subject::{SmallSystem, SubjectSpec, TiltedJoint};
+pub use subject::{Held, Loading, ScaledRotation, SmallSystem, SubjectSpec, TiltedJoint};

@@ -6,7 +6,7 @@ use super::keys::{self, Key};
 use super::kind::Number;
 use super::schedule::Schedule;
 use super::spec::{AnalysisSpec, Scene};
-use super::validate::sliding;
+use super::validate::{patch_stays, sliding};
 use crate::joint::Friction;
 
 impl Scene {
@@ -16,10 +16,11 @@ impl Scene {
     /// When the scene has no joint, the tilt is out of range, or the central contact point would
     /// not slide.
     pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
-        self.joint()?;
-        let tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
-        sliding(&self.joint()?.spec, &tilt, || self.place_of_override())?;
-        self.joint_mut()?.tilt = tilt;
+        let mut joint = self.joint()?.clone();
+        joint.tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
+        sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
+        patch_stays(&joint, || self.place_of_override())?;
+        *self.joint_mut()? = joint;
         Ok(self)
     }
 
@@ -68,13 +69,20 @@ impl Scene {
                 mu_d: law.mu_d,
             });
         }
-        if let Some(&(last_knot, _)) = joint.tilt.knots().last()
-            && last_knot > self.duration
-        {
-            warnings.push(SceneWarning::ScheduleCutShort {
-                duration: self.duration,
-                last_knot,
-            });
+        let factor = joint.rotation.as_ref().map(|r| &r.factor);
+        for (keys, schedule) in [
+            (&keys::TILT_SCHEDULE, Some(&joint.tilt)),
+            (&keys::LOAD_SCHEDULE, joint.load.as_ref()),
+            (&keys::FACTOR_SCHEDULE, factor),
+        ] {
+            let last = schedule.and_then(Schedule::last_point);
+            if let Some(last) = last.filter(|last| *last > self.duration) {
+                warnings.push(SceneWarning::ScheduleCutShort {
+                    of: keys.word,
+                    duration: self.duration,
+                    last,
+                });
+            }
         }
         let analysis = &self.analysis;
         let starts = [

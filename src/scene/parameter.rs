@@ -1,12 +1,19 @@
 //! One number of a scene by its path: what a study varies.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
 
-use toml_edit::{DocumentMut, Item, Table, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::error::{Fault, Place, SceneError, nearest};
-use super::keys::{ALL, Entry, KNOT_TIME, ROTATION, TILT, TILT_KNOTS, split};
+use super::keys::{
+    ALL, Entry, FACTOR_SCHEDULE, LOAD, LOAD_SCHEDULE, ROTATION, ScheduleKeys, TILT, TILT_SCHEDULE,
+    is_of_a_schedule, split,
+};
 use super::spec::Scene;
+
+/// The axis about which the ball of the paper turns.
+const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
 /// A number of a scene file that can be given another value.
 #[derive(Clone, Copy)]
@@ -75,11 +82,10 @@ impl Parameter {
     }
 }
 
-/// Whether a key is a number of its own, not one of a list of tables; or the rotation, which is varied by
-/// its size.
+/// Whether a key is a number that holds for a whole run, not a part of a function of time; or the rotation,
+/// which is varied by its size.
 fn is_free(key: &dyn Entry) -> bool {
-    let list = split(KNOT_TIME.path).0;
-    let number = key.is_number() && split(key.path()).0 != list;
+    let number = key.is_number() && !is_of_a_schedule(key.path());
     number || key.path() == ROTATION.path
 }
 
@@ -97,12 +103,17 @@ impl fmt::Debug for Parameter {
 
 impl Scene {
     /// The same scene with other values of some parameters, each in the unit in which a scene file
-    /// states it. The scene's text says them, too. A tilt given takes the place of a schedule; the value
-    /// of `rotation.rad_s` is the size of the rotation, whose axis stays.
+    /// states it. The scene's text says them, too. A tilt given takes the place of a function of time; the
+    /// value of `rotation.rad_s` is the size of the rotation, whose axis stays; a scene at rest has none,
+    /// and takes the paper's.
     ///
     /// # Errors
-    /// As [`Scene::parse`]: values out of range, and values that do not fit together.
+    /// As [`Scene::parse`]: values out of range, and values that do not fit together. A load or a
+    /// rotation that is a function of time in this scene takes no value.
     pub fn with_values(&self, values: &[(Parameter, f64)]) -> Result<Self, SceneError> {
+        for (parameter, _) in values {
+            self.refuse_function(*parameter)?;
+        }
         let values = values
             .iter()
             .map(|&(parameter, value)| match parameter.path() {
@@ -121,11 +132,39 @@ impl Scene {
         self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
     }
 
+    /// Refuses a value for what is a function of time. A tilt is not among it: its steady values are
+    /// what studies go through.
+    fn refuse_function(&self, parameter: Parameter) -> Result<(), SceneError> {
+        let Ok(joint) = self.joint() else {
+            return Ok(());
+        };
+        let (keys, key) = match parameter.path() {
+            path if path == LOAD.path && joint.load.is_some() => (&LOAD_SCHEDULE, LOAD.path),
+            path if path == ROTATION.path && joint.rotation.is_some() => {
+                (&FACTOR_SCHEDULE, ROTATION.path)
+            }
+            _ => return Ok(()),
+        };
+        let fault = Fault::Inconsistent {
+            key,
+            problem: format!(
+                "the {} of this scene is a function of time, and a value would hold for the whole run",
+                keys.word
+            ),
+            remedy: format!("take a scene in which the {} is constant", keys.word),
+        };
+        Err(fault.at(self.place_of_override()))
+    }
+
     /// The scene's rotation with another size, rad/s.
     fn rotation_of(&self, size: f64) -> Value {
         let rotation = self.joint().map_or([0.0; 3], |joint| joint.spec.rotation);
         let before = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let axis = rotation.map(|w| w / before.max(f64::MIN_POSITIVE));
+        let axis = if before > 0.0 {
+            rotation.map(|w| w / before)
+        } else {
+            PAPER_AXIS
+        };
         Value::from_iter(axis.map(|w| size * w))
     }
 
@@ -133,21 +172,73 @@ impl Scene {
         &self,
         entries: impl IntoIterator<Item = (&'p str, Value)>,
     ) -> Result<Self, SceneError> {
-        let mut document: DocumentMut =
-            self.text.parse().map_err(|error: toml_edit::TomlError| {
-                let message = error.message().replace('\n', " ");
-                Fault::Syntax { message }.at(self.place_of_override())
-            })?;
+        let mut document: DocumentMut = self
+            .text
+            .parse()
+            .map_err(|error| syntax(&error).at(self.place_of_override()))?;
         for (path, value) in entries {
             set(document.as_table_mut(), path, value);
             if path == TILT.path {
-                let (table, list) = split(TILT_KNOTS.path);
-                if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
-                    table.remove(list);
+                for form in TILT_SCHEDULE.forms().filter(|form| *form != TILT.path) {
+                    remove(&mut document, form);
                 }
             }
         }
-        Self::parse(&self.name, document.to_string())
+        // A file of modes is not read again: it is the same, wherever the scene came from.
+        Self::parse_with(&self.name, document.to_string(), self.own_modes())
+    }
+}
+
+/// Takes a key out of its table, if it is there.
+fn remove(document: &mut DocumentMut, path: &str) {
+    let (table, name) = split(path);
+    if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
+        table.remove(name);
+    }
+}
+
+/// A scene's text with knots (time in ms, value) in place of the file that holds them, so that it says
+/// all by itself: in a recording, and for whoever changes a value of it.
+///
+/// # Errors
+/// When the text is no TOML.
+pub(super) fn with_knots(
+    text: &str,
+    keys: &ScheduleKeys,
+    knots: &[[f64; 2]],
+    place: Place,
+) -> Result<String, SceneError> {
+    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place))?;
+    let (list, columns) = keys.knots;
+    let mut array = Array::new();
+    for knot in knots {
+        let mut table = InlineTable::new();
+        for (column, value) in columns.into_iter().zip(knot) {
+            table.insert(column.name(), number(*value));
+        }
+        array.push(table);
+    }
+    let (table, _) = split(list.path);
+    let table = document.get_mut(table).and_then(Item::as_table_like_mut);
+    let file = table.and_then(|table: &mut dyn TableLike| {
+        let file = table.remove(keys.csv.name());
+        table.insert(list.name(), Item::Value(array.into()));
+        file
+    });
+    let file = file
+        .and_then(|file| file.as_str().map(str::to_owned))
+        .unwrap_or_default();
+    let mut text = document.to_string();
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    text.push_str(&format!("# {} was read from {file:?}\n", list.path));
+    Ok(text)
+}
+
+fn syntax(error: &toml_edit::TomlError) -> Fault {
+    Fault::Syntax {
+        message: error.message().replace('\n', " "),
     }
 }
 
@@ -163,7 +254,7 @@ fn number(value: f64) -> Value {
 /// Sets the value at a dotted path and makes the tables on the way to it.
 fn set(root: &mut Table, path: &str, mut value: Value) {
     let (tables, name) = split(path);
-    let mut table: &mut dyn toml_edit::TableLike = root;
+    let mut table: &mut dyn TableLike = root;
     for part in tables.split('.').filter(|part| !part.is_empty()) {
         let item = table.entry(part).or_insert_with(|| {
             let mut new = Table::new();
@@ -211,6 +302,16 @@ mod tests {
         let spun = slow.joint().unwrap().spec.rotation;
         let size = spun.iter().map(|w| w * w).sum::<f64>().sqrt();
         assert!((size - 0.5).abs() < 1e-15 && spun[0] > 0.3 && spun[2] == 0.0);
+        // From rest it turns about the paper's axis: a sweep may start at zero.
+        let rest = slow.with_values(&[(rotation, 0.0)]).unwrap();
+        assert_eq!(rest.joint().unwrap().spec.rotation, [0.0; 3]);
+        let again = rest.with_values(&[(rotation, 0.5)]).unwrap();
+        let spun_again = again.joint().unwrap().spec.rotation;
+        assert!(
+            spun.iter()
+                .zip(spun_again)
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
         let word = Parameter::named("contact.stiffness")
             .unwrap_err()
             .to_string();
@@ -232,7 +333,7 @@ mod tests {
         let scene = ramp.with_values(&values).unwrap();
         let joint = scene.joint().unwrap();
         assert_eq!(joint.tilt.at(1.0), 2.5_f64.to_radians());
-        assert_eq!(joint.tilt.knots().len(), 1);
+        assert!(!joint.tilt.varies());
         assert_eq!(joint.spec.contact.stiffness_factor, 4.0);
         assert_eq!(joint.spec.contact.nodes, 64);
         assert_eq!(

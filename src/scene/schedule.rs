@@ -1,61 +1,237 @@
 //! A quantity as a function of time.
 
-/// Piecewise linear in time through its knots, constant before the first and after the last.
+use std::f64::consts::TAU;
+
+/// A number as a function of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Schedule {
-    /// Knots (time in s, value), times strictly increasing; never empty.
-    knots: Vec<(f64, f64)>,
+pub struct Schedule(Course);
+
+/// The forms of a schedule. Points are (time in s, value), times strictly increasing; never none.
+#[derive(Clone, Debug, PartialEq)]
+enum Course {
+    /// Straight lines from knot to knot, constant before the first and after the last.
+    Lines(Vec<(f64, f64)>),
+    /// Each value holds from its time on, the first one before it as well.
+    Steps(Vec<(f64, f64)>),
+    /// A sine about a mean.
+    Sine(Sine),
+}
+
+/// `mean + amplitude sin(2 pi frequency t + phase)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sine {
+    /// The value that it swings about.
+    pub mean: f64,
+    /// The farthest that it goes from there.
+    pub amplitude: f64,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Phase at time 0, rad.
+    pub phase: f64,
 }
 
 impl Schedule {
     /// The same value at all times.
     pub fn constant(value: f64) -> Self {
-        Self {
-            knots: vec![(0.0, value)],
-        }
+        Self(Course::Lines(vec![(0.0, value)]))
     }
 
-    /// Through the given knots; `None` if there is none, a number is not finite, or the times
-    /// do not increase strictly.
+    /// Straight lines through the given knots (time in s, value), constant before the first and after
+    /// the last; `None` if there is none, a number is not finite, or the times do not increase strictly.
     pub fn through(knots: Vec<(f64, f64)>) -> Option<Self> {
-        let finite = knots.iter().all(|(t, x)| t.is_finite() && x.is_finite());
-        let increasing = knots.windows(2).all(|w| w[0].0 < w[1].0);
-        (finite && increasing && !knots.is_empty()).then_some(Self { knots })
+        is_rising(&knots).then_some(Self(Course::Lines(knots)))
     }
 
-    /// The knots (time in s, value).
-    pub fn knots(&self) -> &[(f64, f64)] {
-        &self.knots
+    /// Each of the given values from its time (s) on, the first one before it as well; `None` as for
+    /// [`Schedule::through`].
+    pub fn steps(steps: Vec<(f64, f64)>) -> Option<Self> {
+        is_rising(&steps).then_some(Self(Course::Steps(steps)))
+    }
+
+    /// A sine; `None` if one of its numbers is not finite.
+    pub fn sine(sine: Sine) -> Option<Self> {
+        let numbers = [sine.mean, sine.amplitude, sine.frequency, sine.phase];
+        let finite = numbers.iter().all(|x| x.is_finite());
+        finite.then_some(Self(Course::Sine(sine)))
     }
 
     /// The value at time `t` (s).
     pub fn at(&self, t: f64) -> f64 {
-        let after = self.knots.partition_point(|&(knot, _)| knot <= t);
-        if after == 0 {
-            return self.knots[0].1;
+        match &self.0 {
+            Course::Lines(knots) => {
+                let after = knots.partition_point(|&(knot, _)| knot <= t);
+                if after == 0 {
+                    return knots[0].1;
+                }
+                let (t0, x0) = knots[after - 1];
+                match knots.get(after) {
+                    None => x0,
+                    Some(&(t1, x1)) => x0 + (x1 - x0) * (t - t0) / (t1 - t0),
+                }
+            }
+            Course::Steps(steps) => {
+                let after = steps.partition_point(|&(step, _)| step <= t);
+                steps[after.saturating_sub(1)].1
+            }
+            Course::Sine(sine) => {
+                let angle = TAU * sine.frequency * t + sine.phase;
+                sine.mean + sine.amplitude * angle.sin()
+            }
         }
-        let (t0, x0) = self.knots[after - 1];
-        match self.knots.get(after) {
-            None => x0,
-            Some(&(t1, x1)) => x0 + (x1 - x0) * (t - t0) / (t1 - t0),
+    }
+
+    /// The values that it is made of: those of its knots or steps; of a sine the lowest, the mean and
+    /// the highest.
+    pub fn values(&self) -> Vec<f64> {
+        match &self.0 {
+            Course::Lines(points) | Course::Steps(points) => points.iter().map(|p| p.1).collect(),
+            Course::Sine(_) => {
+                let (low, high) = (self.min(), self.max());
+                vec![low, 0.5 * (low + high), high]
+            }
         }
     }
 
     /// The smallest value it reaches.
     pub fn min(&self) -> f64 {
-        self.knots.iter().map(|k| k.1).fold(f64::INFINITY, f64::min)
+        match &self.0 {
+            Course::Lines(points) | Course::Steps(points) => {
+                points.iter().map(|p| p.1).fold(f64::INFINITY, f64::min)
+            }
+            Course::Sine(sine) => sine.mean - sine.amplitude.abs(),
+        }
     }
 
     /// The largest value it reaches.
     pub fn max(&self) -> f64 {
-        self.knots
-            .iter()
-            .map(|k| k.1)
-            .fold(f64::NEG_INFINITY, f64::max)
+        match &self.0 {
+            Course::Lines(points) | Course::Steps(points) => {
+                points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
+            }
+            Course::Sine(sine) => sine.mean + sine.amplitude.abs(),
+        }
     }
 
     /// Whether the value changes.
     pub fn varies(&self) -> bool {
-        self.knots.iter().any(|k| k.1 != self.knots[0].1)
+        self.min() != self.max()
+    }
+
+    /// The times at which it jumps, s, in order.
+    pub fn jumps(&self) -> impl Iterator<Item = f64> {
+        let steps = match &self.0 {
+            Course::Steps(steps) => &steps[..],
+            Course::Lines(_) | Course::Sine(_) => &[],
+        };
+        let pairs = steps.windows(2).filter(|pair| pair[0].1 != pair[1].1);
+        pairs.map(|pair| pair[1].0)
+    }
+
+    /// Time of the last knot or step, s; `None` for a sine, which has none.
+    pub fn last_point(&self) -> Option<f64> {
+        match &self.0 {
+            Course::Lines(points) | Course::Steps(points) => points.last().map(|p| p.0),
+            Course::Sine(_) => None,
+        }
+    }
+}
+
+/// Whether there are points, all of finite numbers, at times that increase strictly.
+fn is_rising(points: &[(f64, f64)]) -> bool {
+    let finite = points.iter().all(|(t, x)| t.is_finite() && x.is_finite());
+    let increasing = points.windows(2).all(|w| w[0].0 < w[1].0);
+    finite && increasing && !points.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINTS: [(f64, f64); 3] = [(1.0, 2.0), (3.0, 6.0), (4.0, -1.0)];
+
+    #[test]
+    fn lines_join_their_knots_and_stay_beyond_them() {
+        let lines = Schedule::through(POINTS.to_vec()).unwrap();
+        let at = [0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 9.0].map(|t| lines.at(t));
+        assert_eq!(at, [2.0, 2.0, 4.0, 6.0, 2.5, -1.0, -1.0]);
+        assert_eq!((lines.min(), lines.max()), (-1.0, 6.0));
+        assert_eq!(lines.values(), [2.0, 6.0, -1.0]);
+        assert_eq!(lines.jumps().count(), 0);
+        assert_eq!(lines.last_point(), Some(4.0));
+    }
+
+    #[test]
+    fn steps_hold_from_their_time_on() {
+        let steps = Schedule::steps(POINTS.to_vec()).unwrap();
+        let at = [0.0, 1.0, 3.0_f64.next_down(), 3.0, 4.0, 9.0].map(|t| steps.at(t));
+        assert_eq!(at, [2.0, 2.0, 2.0, 6.0, -1.0, -1.0]);
+        assert_eq!((steps.min(), steps.max()), (-1.0, 6.0));
+        assert_eq!(steps.jumps().collect::<Vec<_>>(), [3.0, 4.0]);
+        let level = Schedule::steps(vec![(0.0, 1.0), (2.0, 1.0), (3.0, 4.0)]).unwrap();
+        assert_eq!(level.jumps().collect::<Vec<_>>(), [3.0], "no jump at 2");
+    }
+
+    #[test]
+    fn a_sine_swings_about_its_mean() {
+        let sine = Sine {
+            mean: 3.0,
+            amplitude: 2.0,
+            frequency: 0.25,
+            phase: std::f64::consts::FRAC_PI_2,
+        };
+        let swings = Schedule::sine(sine).unwrap();
+        for (time, value) in [(0.0, 5.0), (1.0, 3.0), (2.0, 1.0), (4.0, 5.0)] {
+            assert!((swings.at(time) - value).abs() < 1e-14, "{time}");
+        }
+        assert_eq!(swings.values(), [1.0, 3.0, 5.0]);
+        assert_eq!((swings.min(), swings.max()), (1.0, 5.0));
+        assert_eq!(swings.last_point(), None);
+        let upside_down = Sine {
+            amplitude: -2.0,
+            ..sine
+        };
+        let upside_down = Schedule::sine(upside_down).unwrap();
+        assert_eq!((upside_down.min(), upside_down.max()), (1.0, 5.0));
+    }
+
+    #[test]
+    fn what_does_not_change_does_not_vary_to_the_last_bit() {
+        let value = 0.1 + 0.2;
+        let sine = Sine {
+            mean: value,
+            amplitude: 0.0,
+            frequency: 7.3,
+            phase: 0.4,
+        };
+        let points = || vec![(0.0, value), (0.7, value)];
+        for level in [
+            Schedule::constant(value),
+            Schedule::through(points()).unwrap(),
+            Schedule::steps(points()).unwrap(),
+            Schedule::sine(sine).unwrap(),
+        ] {
+            assert!(!level.varies());
+            assert!((0..100).all(|k| level.at(0.0137 * f64::from(k)) == value));
+        }
+    }
+
+    #[test]
+    fn points_out_of_order_and_numbers_that_are_none_give_no_schedule() {
+        for points in [
+            vec![],
+            vec![(1.0, 0.0), (1.0, 2.0)],
+            vec![(f64::NAN, 0.0)],
+            vec![(0.0, f64::INFINITY)],
+        ] {
+            assert_eq!(Schedule::through(points.clone()), None);
+            assert_eq!(Schedule::steps(points), None);
+        }
+        let endless = Sine {
+            mean: 0.0,
+            amplitude: f64::INFINITY,
+            frequency: 1.0,
+            phase: 0.0,
+        };
+        assert_eq!(Schedule::sine(endless), None);
     }
 }

@@ -367,11 +367,11 @@ pub struct ButterflySpec {
 /// What is recorded and how often.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordSpec {
-    /// Snapshots of the contact patch a second, Hz.
+    /// Snapshots of the contact patch a second, Hz; 0 for none.
     pub patch_rate: f64,
-    /// Snapshots of the deforming body a second, Hz.
+    /// Snapshots of the deforming body a second, Hz; 0 for none.
     pub body_rate: f64,
-    /// Energy samples a second, Hz.
+    /// Energy samples a second, Hz; 0 for no energy audit.
     pub energy_rate: f64,
     /// Exaggeration of the body's deformation.
     pub exaggeration: f64,

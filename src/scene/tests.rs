@@ -46,14 +46,17 @@ fn refusal_with(added: &str) -> String {
 #[test]
 fn defaults_are_the_papers() {
     let scene = smallest();
-    let TiltedJoint { spec: joint, tilt } = scene.joint().expect("a joint");
+    let TiltedJoint {
+        spec: joint, tilt, ..
+    } = scene.joint().expect("a joint");
     assert_eq!(scene.name, "mine");
     assert_eq!(scene.title, "mine");
-    assert_eq!(joint.body.geometry.ball_diameter, 0.03175);
-    assert_eq!(joint.body.geometry.beam_length, 0.2);
-    assert_eq!(joint.body.material.young, 207e9);
-    assert_eq!(joint.body.families.count(), 11);
-    assert_eq!(joint.body.frequencies, Frequencies::Published);
+    let body = scene.ball_on_beam().expect("ball and beam");
+    assert_eq!(body.geometry.ball_diameter, 0.03175);
+    assert_eq!(body.geometry.beam_length, 0.2);
+    assert_eq!(body.material.young, 207e9);
+    assert_eq!(body.families.count(), 11);
+    assert_eq!(body.frequencies, Frequencies::Published);
     assert_eq!(joint.socket.diameter, 0.03195);
     let speed: f64 = joint.rotation.iter().map(|x| x * x).sum();
     assert!((speed - 1.0).abs() < 1e-15);
@@ -210,7 +213,8 @@ fn unknown_keys_name_line_and_nearest() {
     assert_eq!(
         refusal("[load]\nload_n = 150\ntilt_deq = 2\n[time]\nduration_ms = 1\n"),
         "mine.toml:3: unknown key `load.tilt_deq` (did you mean `load.tilt_deg`?); \
-         [load] knows load_n, tilt_deg, tilt, azimuth_deg"
+         [load] knows load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
+         load_sine, tilt_sine"
     );
     let wrong_table = refusal_with("azimuth_deg = 3\n");
     assert!(wrong_table.starts_with("mine.toml:6: unknown key `time.azimuth_deg`"));
@@ -234,12 +238,17 @@ fn the_first_unknown_key_in_reading_order_is_named() {
 fn missing_values_say_what_is_needed() {
     assert_eq!(
         refusal("# no load\n[load]\ntilt_deg = 1\n"),
-        "mine.toml:2: `load.load_n` is missing; it must be a number above 0, at most 1000000 N"
+        "mine.toml:2: `load.load_n` is missing; it must be a number above 0, at most 1000000 N \
+         (exactly one of `load_n`, `load`, `load_steps`, `load_sine` and `load_csv`)"
     );
     assert!(refusal("").contains("mine.toml:1: `load.load_n` is missing"));
     let no_tilt = refusal("[load]\nload_n = 1\n[time]\nduration_ms = 1\n");
     assert!(no_tilt.contains(":1: `load.tilt_deg` is missing"));
-    assert!(no_tilt.contains("exactly one of `tilt_deg` and `tilt`"));
+    assert!(
+        no_tilt.contains(
+            "exactly one of `tilt_deg`, `tilt`, `tilt_steps`, `tilt_sine` and `tilt_csv`"
+        )
+    );
     let knot = "[load]\nload_n = 1\n[[load.tilt]]\ntime_ms = 0\n[time]\nduration_ms = 1\n";
     assert!(refusal(knot).contains(":3: `load.tilt.tilt_deg` is missing"));
     assert!(refusal_with("[friction]\nmu_s = 0.5\n").contains(":6: `friction.mu_d` is missing"));
@@ -287,9 +296,13 @@ fn no_key_takes_a_value_that_is_not_finite() {
         for value in ["nan", "inf", "-inf"] {
             let text = match table {
                 "" => format!("{name} = {value}\n{SMALLEST}"),
-                "load" if name == "tilt" => continue,
-                "load.tilt" => format!("load.tilt = [{{ {name} = {value} }}]\nload.load_n = 1\n"),
-                "load" | "time" => format!("{table}.{name} = {value}\n"),
+                // What is a list of tables takes no number at all.
+                _ if ALL.iter().any(|key| key.path() == table) => {
+                    format!("{table} = [{{ {name} = {value} }}]\n")
+                }
+                "load" | "time" | "rotation" | "load.load_sine" | "load.tilt_sine" => {
+                    format!("{table}.{name} = {value}\n")
+                }
                 table => format!("{SMALLEST}[{table}]\n{name} = {value}\n"),
             };
             let message = Scene::parse("mine.toml", text)
@@ -379,7 +392,6 @@ fn values_must_fit_together() {
             "[damping]\nratio = [0.1, 0.1]\n",
             ":7: `damping.ratio`: 2 ratios for 11 modes",
         ),
-        ("[rotation]\nrad_s = [0, 0, 0]\n", ":7: `rotation.rad_s`"),
         ("method = \"rk4\"\n", ":6: `time.max_step_us`"),
         (
             "[analysis.spectrum]\nwindow_ms = 0.1\n[analysis.spectrogram]\nmax_frequency_khz = 101\n",
@@ -625,7 +637,7 @@ fn knots_increase_and_are_given_once() {
             .contains(":4: `load.tilt`: the tilt is given twice")
     );
     let back = "[[load.tilt]]\ntime_ms = 3\ntilt_deg = 0\n[[load.tilt]]\ntime_ms = 3\ntilt_deg = 6";
-    assert!(refusal(with(back)).contains(":6: `load.tilt.time_ms`: this knot is not later"));
+    assert!(refusal(with(back)).contains(":6: `load.tilt.time_ms`: this time is not later"));
     let many: Vec<_> = (0..10_001)
         .map(|k| format!("{{ time_ms = {k}, tilt_deg = 0 }}"))
         .collect();
@@ -636,7 +648,7 @@ fn knots_increase_and_are_given_once() {
     let most = with(&format!("tilt = [{}]", many[..10_000].join(", ")));
     assert_eq!(
         tilt_of(&Scene::parse("m", most).expect("valid"))
-            .knots()
+            .values()
             .len(),
         10_000
     );
@@ -662,6 +674,9 @@ fn the_load_never_lies_along_the_rotation() {
     let miss = lean.replace("tilt_deg = 2.0", "tilt_deg = 30\nazimuth_deg = 225");
     assert!(Scene::parse("m", miss).is_ok());
     assert!(smallest().with_tilt(90.0).is_ok());
+    // Without rotation nothing slides at any tilt: the joint is at rest.
+    let rest = format!("{SMALLEST}[rotation]\nrad_s = [0, 0, 0]\n");
+    assert!(Scene::parse("m", rest.replace("tilt_deg = 2.0", "tilt_deg = 0")).is_ok());
     let axial = Scene::parse("m", axial).expect("valid");
     let message = axial.with_tilt(0.0).expect_err("refused").to_string();
     assert!(message.starts_with("override of scene m: `rotation.rad_s`"));
@@ -772,11 +787,11 @@ proptest! {
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
     let scene = Scene::load("tilt-ramp").expect("preset");
-    let elements = joint_of(&scene).body.elements;
+    let elements = scene.ball_on_beam().expect("a beam").elements;
     let recommended = Elements::default();
     assert!((elements.size - recommended.size).abs() < 1e-12);
     assert_eq!(elements.order, recommended.order);
     let quadratic = format!("{SMALLEST}[body]\nelement_order = 2\n");
     let stated = Scene::parse("m", quadratic).expect("valid");
-    assert_eq!(joint_of(&stated).body.elements.order, 2);
+    assert_eq!(stated.ball_on_beam().expect("a beam").elements.order, 2);
 }

@@ -64,6 +64,11 @@ impl Unit {
         }
     }
 
+    /// The number stated for a value in SI units and radians, to twelve digits or so.
+    pub fn of_si(self, value: f64) -> f64 {
+        value / self.to_si(1.0)
+    }
+
     /// The unit's symbol for messages and tables; empty for a pure number.
     pub fn symbol(self) -> &'static str {
         match self {

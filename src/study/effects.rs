@@ -13,9 +13,9 @@ use std::sync::Arc;
 use super::cost::timed;
 use crate::dynamics::System;
 use crate::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
-use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
-use crate::scene::{AnalysisSpec, Events, Scene};
+use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene, TiltedJoint};
 
 /// An effect in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +46,12 @@ pub struct Effects {
     pub call: f64,
 }
 
+/// Why something failed.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Runs a scene with its analyses, and records it where nobody looks.
+pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
+
 /// Is told the share of the work that is done, and answers whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(f64) -> bool;
 
@@ -67,6 +73,7 @@ const STRIBECK: Stribeck = Stribeck {
 };
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
+const USUAL_RATE: f64 = 2e3;
 
 /// An analysis of its own table, and how to take it away.
 struct Analysis {
@@ -105,11 +112,36 @@ const COMPANIONS: [Analysis; 2] = analyses! {
     "butterfly: a second copy", butterfly;
 };
 
+/// What is recorded at a rate of its own.
+struct Picture {
+    name: &'static str,
+    key: &'static str,
+    rate: fn(&mut RecordSpec) -> &mut f64,
+}
+
+const PICTURES: [Picture; 3] = [
+    Picture {
+        name: "contact patch",
+        key: "record.patch_rate_khz",
+        rate: |spec| &mut spec.patch_rate,
+    },
+    Picture {
+        name: "body in three dimensions",
+        key: "record.body_rate_khz",
+        rate: |spec| &mut spec.body_rate,
+    },
+    Picture {
+        name: "energy and its audit",
+        key: "record.energy_rate_khz",
+        rate: |spec| &mut spec.energy_rate,
+    },
+];
+
 /// Keeps nothing.
 struct Nowhere;
 
 impl Sink for Nowhere {
-    fn accept(&mut self, _: Record) -> Result<(), SinkError> {
+    fn accept(&mut self, _: message::Record) -> Result<(), SinkError> {
         Ok(())
     }
 }
@@ -117,9 +149,13 @@ impl Sink for Nowhere {
 /// Measures the effects of a scene. `None` if `watch` says no.
 ///
 /// # Errors
-/// If the scene cannot be simulated or analysed.
-pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, PipelineError> {
-    let steps = 12.0 + (ANALYSES.len() + COMPANIONS.len()) as f64;
+/// If the scene cannot be simulated, analysed or recorded.
+pub fn effects(
+    scene: &Scene,
+    record: Record<'_>,
+    watch: Watch<'_>,
+) -> Result<Option<Effects>, Cause> {
+    let steps = 15.0 + (ANALYSES.len() + COMPANIONS.len()) as f64;
     let mut done = 0.0;
     let mut goes_on = || {
         done += 1.0;
@@ -159,7 +195,7 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
                 seconds: Some((with - without) * calls),
             });
         }
-        effects.push(varying_tilt(scene, &ball, &model)?);
+        effects.extend(functions_of_time(tilted, scene, &ball)?);
     }
     // Beside the simulation, each by itself.
     let events = scene.integrator.events == Events::Exact;
@@ -172,7 +208,7 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
         let (ran, time) = timed(REPEATS, || simulate(other));
         ran?;
         let sign = if on { -1.0 } else { 1.0 };
-        Ok::<_, PipelineError>(Some(sign * (time - simulated) / bare.duration))
+        Ok::<_, Cause>(Some(sign * (time - simulated) / bare.duration))
     };
     effects.push(Effect {
         name: "steps that end at events",
@@ -210,7 +246,7 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
             seconds,
         });
     }
-    let look = |spec: &AnalysisSpec| -> Result<f64, PipelineError> {
+    let look = |spec: &AnalysisSpec| -> Result<f64, Cause> {
         let (ran, time) = timed(REPEATS, || analyse(spec, &header, &frames));
         ran?;
         Ok(time / bare.duration)
@@ -251,6 +287,29 @@ pub fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Pipel
             setting: words(on, "on"),
             seconds,
         });
+    }
+    if scene.joint().is_ok() {
+        let (recorded, all) = timed(REPEATS, || record(&bare));
+        recorded?;
+        for kind in PICTURES {
+            if !goes_on() {
+                return Ok(None);
+            }
+            let mut other = bare.clone();
+            let rate = (kind.rate)(&mut other.record);
+            let (khz, on) = (1e-3 * *rate, *rate > 0.0);
+            *rate = if on { 0.0 } else { USUAL_RATE };
+            let (recorded, time) = timed(REPEATS, || record(&other));
+            recorded?;
+            let sign = if on { 1.0 } else { -1.0 };
+            effects.push(Effect {
+                name: kind.name,
+                key: kind.key,
+                on,
+                setting: words(on, &format!("{khz} a ms, with the recording of it")),
+                seconds: Some(sign * (all - time) / bare.duration),
+            });
+        }
     }
     Ok(Some(Effects {
         effects,
@@ -466,26 +525,47 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
     all
 }
 
-/// What it takes to make the joint anew at each frame's border.
-fn varying_tilt(scene: &Scene, ball: &BallJoint, model: &Model) -> Result<Effect, PipelineError> {
-    let tilt = &scene.joint()?.tilt;
-    let (made, seconds) = timed(REPEATS, || ball.model(tilt.at(0.0)).map(|m| Joint::new(&m)));
+/// What it takes to make the joint anew at each frame's border, which is where functions of time are looked
+/// at.
+fn functions_of_time(
+    joint: &TiltedJoint,
+    scene: &Scene,
+    ball: &BallJoint,
+) -> Result<Vec<Effect>, PipelineError> {
+    let (made, seconds) = timed(REPEATS, || {
+        ball.model(joint.tilt.at(0.0)).map(|m| Joint::new(&m))
+    });
     made?;
     let frames = scene.sample_rate / scene.frame_samples as f64;
-    let degrees = |x: f64| x.to_degrees();
-    Ok(Effect {
-        name: "tilt as a function of time",
-        key: "load.tilt",
-        on: tilt.varies(),
-        setting: words(
-            tilt.varies(),
-            &format!(
-                "{:.3}° to {:.3}°, {} nodes anew at each frame",
-                degrees(tilt.min()),
-                degrees(tilt.max()),
-                model.nodes()
-            ),
+    let span = |[low, high]: [f64; 2], unit: &str| format!("{low:.4} to {high:.4}{unit}");
+    let degrees = [joint.tilt.min(), joint.tilt.max()].map(f64::to_degrees);
+    let courses = [
+        (
+            "tilt as a function of time",
+            "load.tilt",
+            joint.tilt.varies(),
+            span(degrees, "°"),
         ),
+        (
+            "load as a function of time",
+            "load.load",
+            joint.load.is_some(),
+            span(joint.load_span(), " N"),
+        ),
+        (
+            "rotation as a function of time",
+            "rotation.factor",
+            joint.rotation.is_some(),
+            span(joint.rotation_span(), " times"),
+        ),
+    ];
+    // Together they cost as much as one of them.
+    let all = courses.map(|(name, key, on, setting)| Effect {
+        name,
+        key,
+        on,
+        setting: words(on, &setting),
         seconds: Some(seconds * frames),
-    })
+    });
+    Ok(all.into())
 }

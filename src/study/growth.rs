@@ -128,7 +128,7 @@ impl Growth {
 /// What is measured, and at which sizes. Sizes that a scene does not have are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowthPlan {
-    /// The scene, held at its first tilt.
+    /// The scene, held at its first tilt, load and rotation.
     pub scene: Scene,
     /// Runs of each size, 1 or more.
     pub repeats: usize,
@@ -169,9 +169,19 @@ impl GrowthPlan {
     }
 }
 
-/// Runs a scene for so long (s) with its analyses and its recording, and tells its time by the clock (s) and
-/// the most memory that it held (bytes): best in a process of its own, which holds nothing else.
-pub type Run<'a> = &'a mut dyn FnMut(&Scene, f64) -> Result<(f64, Option<u64>), Cause>;
+/// Runs a scene for so long (s) with its analyses and its recording: best in a process of its own, which
+/// holds nothing else. Asks now and then whether to go on; `None` if it was told to stop.
+pub type Run<'a> =
+    &'a mut dyn FnMut(&Scene, f64, &mut dyn FnMut() -> bool) -> Result<Option<Taken>, Cause>;
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// Time by the clock, s.
+    pub seconds: f64,
+    /// The most memory that it held, bytes; `None` where the system does not tell.
+    pub memory: Option<u64>,
+}
 
 /// Why a run failed.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -202,6 +212,8 @@ const SAMPLES_A_LAG: usize = 6;
 pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
+    // Modes and nodes from a file are as many as they are.
+    let has_beam = held.ball_on_beam().is_ok();
     let mut meter = Meter {
         repeats: plan.repeats,
         ball: None,
@@ -213,7 +225,8 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
             return Ok((found, false));
         }
         let grown = match size {
-            Size::Nodes | Size::Modes | Size::Threads if !has_joint => Some(Vec::new()),
+            Size::Threads if !has_joint => Some(Vec::new()),
+            Size::Nodes | Size::Modes if !has_beam => Some(Vec::new()),
             Size::Nodes => {
                 let with = |nodes: &usize| {
                     let mut scene = held.clone();
@@ -225,7 +238,7 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
             Size::Modes => {
                 let with = |[bending, torsion, axial]: &[usize; 3]| {
                     let mut scene = held.clone();
-                    let body = &mut scene.joint_mut()?.spec.body;
+                    let body = scene.ball_on_beam_mut()?;
                     body.frequencies = Frequencies::FiniteElement;
                     body.families.bending_pairs = *bending;
                     body.families.torsion = *torsion;
@@ -498,16 +511,14 @@ fn runs(
 ) -> Result<Option<Vec<Growth>>, CostError> {
     let mut points = Vec::new();
     for (k, &duration) in durations.iter().enumerate() {
-        let done = run(scene, duration);
-        // A run in a process of its own hears Ctrl-C, too: that is no fault.
-        if !goes_on((k + 1) as f64 / durations.len() as f64) {
+        let mut on = || goes_on(k as f64 / durations.len() as f64);
+        let Some(taken) = run(scene, duration, &mut on).map_err(CostError::Run)? else {
             return Ok(None);
-        }
-        let (seconds, memory) = done.map_err(CostError::Run)?;
+        };
         points.push(GrowthPoint {
             value: duration,
-            seconds,
-            memory,
+            seconds: taken.seconds,
+            memory: taken.memory,
         });
     }
     Ok(Some(vec![Growth {

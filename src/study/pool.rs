@@ -1,7 +1,10 @@
-//! Independent jobs on several threads, their results told one by one on the caller's own.
+//! Independent jobs on several threads, their results told one by one on the caller's own; a job in
+//! another process.
 
+use std::io;
 use std::num::NonZero;
 use std::panic::resume_unwind;
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -16,6 +19,20 @@ pub fn threads(asked: Option<NonZero<usize>>) -> usize {
 
 /// How often the caller is asked whether to go on.
 const TICK: Duration = Duration::from_millis(50);
+
+/// Waits for another process, and ends it where `goes_on` says no.
+///
+/// # Errors
+/// What the system says.
+pub fn wait_for(process: &mut Child, goes_on: &mut dyn FnMut() -> bool) -> io::Result<()> {
+    while process.try_wait()?.is_none() {
+        if !goes_on() {
+            process.kill()?;
+        }
+        thread::sleep(TICK);
+    }
+    Ok(())
+}
 
 /// What the caller is told.
 pub(super) enum Event<R> {
@@ -64,6 +81,7 @@ pub(super) fn work<K: Default, R: Send, E>(
             .map(|thread| {
                 let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
                 scope.spawn(move || {
+                    let _watch = StopOnPanic(stop);
                     let hand = Hand {
                         sender: &sender,
                         stop,
@@ -107,8 +125,21 @@ pub(super) fn work<K: Default, R: Send, E>(
     })
 }
 
+/// Stops all threads when its own panics: what they would do meanwhile is in vain.
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
     use super::*;
 
     #[test]
@@ -160,5 +191,18 @@ mod tests {
             assert!(place != 2, "the third");
         };
         let _ = work(5, 2, job, |_| Ok::<bool, ()>(true));
+    }
+
+    #[test]
+    fn a_panic_in_a_job_stops_the_others() {
+        let begun = AtomicUsize::new(0);
+        let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            assert!(place != 2, "the third");
+            thread::sleep(Duration::from_millis(5));
+        };
+        let all = AssertUnwindSafe(|| work(1000, 2, job, |_| Ok::<bool, ()>(true)));
+        assert!(catch_unwind(all).is_err());
+        assert!(begun.into_inner() < 100);
     }
 }

@@ -41,7 +41,7 @@ pub struct StabilityMode {
     pub frequency_hz: f64,
     /// Growth rate, 1/s; positive means that steady sliding is unstable.
     pub growth: f64,
-    /// Which mode of ball and beam it is, such as `2nd bending`.
+    /// Which mode of the body it is, such as `2nd bending`.
     pub label: String,
     /// Whether it grows.
     pub unstable: bool,
@@ -88,19 +88,19 @@ pub fn growth_causes(
 }
 
 fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {
-    let body = ball.body().modes();
+    let labels = ball.family_labels();
     // The two members of a bending pair may mix in any proportion: their shares count together.
     let share = |label: &str| -> f64 {
-        let of_family = body
+        let of_family = labels
             .iter()
             .zip(&mode.shares)
-            .filter(|(m, _)| m.family_label() == label);
+            .filter(|(of, _)| *of == label);
         of_family.map(|(_, share)| share).sum()
     };
-    let label = body
+    let label = labels
         .iter()
-        .map(|mode| mode.family_label())
         .max_by(|a, b| share(a).total_cmp(&share(b)))
+        .cloned()
         .unwrap_or_default();
     StabilityMode {
         frequency_hz: mode.frequency_hz,

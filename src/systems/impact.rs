@@ -17,8 +17,8 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// Pressed against the wall, it bounces infinitely often in a finite time, and then rests there
 /// until the force that presses it falls through zero. Two statuses therefore: *flying* and
 /// *resting*. A rebound counts as the last one if the next flight would be too brief, `2 v+ / press`,
-/// or too low, `v+^2 / (2 press)`, for the rounding of the time and of the wall's place: from there
-/// on the bounces would be made of rounding. With the wall at zero only the time counts.
+/// or too low, `v+^2 / (2 press)`: if the rounding of the time, or of the wall's place, would make more
+/// of a difference to it than a bounce does. With the wall at zero only the time counts.
 ///
 /// The wall is met by a reset map, so that it is there only where steps stop at events.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,11 +37,13 @@ pub struct ImpactOscillator {
     pub restitution: f64,
 }
 
-/// A flight that lasts no longer than this, relative to the time, is made of rounding.
-const BRIEF: f64 = 64.0 * f64::EPSILON;
+/// Rounding of the time of an impact, and of the place found there, relative to time and place: some
+/// units in the last place each, and ten times that.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// A flight that rises no higher than this, relative to the place of the wall, is made of rounding.
-const LOW: f64 = 16.0 * f64::EPSILON;
+/// Share of its energy that a bounce counts as losing at least. The flights of a wall that is nearly
+/// elastic shrink so slowly that it takes too many to come down to rounding.
+const LEAST_LOSS: f64 = 1e-3;
 
 impl ImpactOscillator {
     /// Status: above the wall, or just bouncing off.
@@ -70,10 +72,12 @@ impl ImpactOscillator {
     fn rebound(&self, t: f64, v: f64) -> Option<f64> {
         let after = if v < 0.0 { -self.restitution * v } else { v };
         let press = self.press(t);
-        // Only the next flight counts, however slowly the flights shrink: an elastic wall returns all
-        // that it gets, for ever.
-        let brief = 2.0 * after <= BRIEF * t.abs() * press;
-        let low = after * after <= LOW * self.wall.abs() * 2.0 * press;
+        // Rounding that gives a flight as much as its bounce took keeps it from shrinking, for ever. But
+        // only the next flight counts: an elastic wall returns all that it gets.
+        let loss = 1.0 - self.restitution * self.restitution;
+        let least = ROUNDING / loss.max(LEAST_LOSS);
+        let brief = 2.0 * after <= least * t.abs() * press;
+        let low = after * after <= least * self.wall.abs() * 2.0 * press;
         let ends = press > 0.0 && (brief || low);
         (!ends).then_some(after)
     }

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use assert_cmd::Command;
 use npyz::WriterBuilder;
 use serde_json::Value;
-use squeakscope::export::{Array, write_npz};
+use squeakscope::export::write_npz;
+use squeakscope::numpy::Array;
 
 /// A folder with files of signals.
 struct Desk(tempfile::TempDir);

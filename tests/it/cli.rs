@@ -257,6 +257,51 @@ fn shared_limits_are_told_at_their_line() {
     }
 }
 
+/// What is held though it varies is told; what cannot be varied is refused.
+#[test]
+fn what_changes_with_time_is_held_and_told() {
+    let desk = desk();
+    std::fs::create_dir(desk.path().join("mine")).expect("made");
+    let text = "load = { load_csv = \"load.csv\", tilt_deg = 1 }\ntime.duration_ms = 1\n\
+                friction = { mu_s = 0.5, mu_d = 0.2 }\n";
+    std::fs::write(desk.path().join("mine/scene.toml"), text).expect("written");
+    let scene = "mine/scene.toml";
+    let message = refused(desk.path(), &["run", scene, "--save", "out.rrd"]);
+    assert!(
+        message.contains(
+            "mine/scene.toml:1: `load.load_csv`: the file `mine/load.csv` cannot be read"
+        ),
+        "{message}"
+    );
+    let table = desk.path().join("mine/load.csv");
+    std::fs::write(&table, "time_ms,load_n\n0,100\n1,x\n").expect("written");
+    let message = refused(desk.path(), &["run", scene, "--save", "out.rrd"]);
+    assert!(
+        message.contains("mine/load.csv:3: `load.load.load_n` is `x`"),
+        "{message}"
+    );
+
+    std::fs::write(&table, "time_ms,load_n\n0,100\n1,150\n").expect("written");
+    squeakscope(desk.path(), &["stability", scene])
+        .success()
+        .stderr(predicate::str::contains(
+            "held at its first values: load 100 N",
+        ));
+    let over = [
+        "sweep",
+        scene,
+        "--over",
+        "load.load_n=100:150:50",
+        "--out",
+        "s.arrow",
+    ];
+    let message = refused(desk.path(), &over);
+    assert!(
+        message.contains("the load of this scene is a function of time"),
+        "{message}"
+    );
+}
+
 /// An output that would replace the scene is refused.
 #[test]
 fn the_scene_is_not_overwritten() {

@@ -1,8 +1,9 @@
 //! The NumPy files: read back, they are what was written, and enough to integrate the same model.
 
 use squeakscope::dynamics::System;
-use squeakscope::export::{ModelArrays, SamplesSink, read_model, read_npz, write_model};
+use squeakscope::export::{ModelArrays, SamplesSink, read_model, write_model};
 use squeakscope::joint::{BallJoint, Constant, ContactDamping, Friction, Joint, Model};
+use squeakscope::numpy::read_npz;
 use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::Scene;
 

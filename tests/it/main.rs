@@ -2,18 +2,25 @@
 
 #[cfg(feature = "cli")]
 mod analyse;
+mod campaign;
 #[cfg(feature = "cli")]
 mod cli;
 mod convergence;
 mod equations;
 mod exponents;
 mod export;
+// Signals, limits and namespaces are those of Linux.
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod faults;
+mod hard_cases;
 mod laws;
 mod layering;
 #[cfg(feature = "cli")]
 mod lyapunov;
+mod own_modes;
 mod pipeline;
 mod scenes;
+mod schedules;
 #[cfg(feature = "cli")]
 mod small;
 mod stability;

@@ -58,11 +58,17 @@ impl Events {
     }
 
     /// Where in the bracket, from 0 to 1, the secant of a falling guard is zero first.
+    ///
+    /// A guard of zero has just been crossed and rises at first, so its secant says nothing, and would
+    /// lead to where the guard is rounding: it counts as falling through zero in the middle.
     fn first_zero(&self) -> f64 {
         let falling = self.above.iter().zip(&self.below);
         falling
             .filter(|(_, below)| **below < 0.0)
-            .map(|(above, below)| (above / (above - below)).clamp(0.0, 1.0))
+            .map(|(above, below)| match above {
+                0.0 => 0.5,
+                _ => (above / (above - below)).clamp(0.0, 1.0),
+            })
             .fold(1.0, f64::min)
     }
 

@@ -149,6 +149,7 @@ impl Integrator {
         Self {
             engine,
             pace: Pace {
+                crawling: 0,
                 tally: Tally::default(),
                 largest_ratio: None,
                 ..self.pace.clone()

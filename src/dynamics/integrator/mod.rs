@@ -64,6 +64,7 @@ impl Integrator {
             control,
             omega,
             size: Size::default(),
+            crawling: 0,
             tally: Tally::default(),
             largest_ratio: None,
         };

@@ -178,6 +178,8 @@ fn a_force_that_turns_nan_is_reported_with_the_last_good_state() {
             time,
             last_good_time,
             component,
+            ref last_good_state,
+            ..
         } = error
         else {
             panic!("{error:?}")
@@ -194,6 +196,11 @@ fn a_force_that_turns_nan_is_reported_with_the_last_good_state() {
             "the force acts on the last mode: {error:?}"
         );
         assert_eq!(integrator.time(), last_good_time);
+        assert_eq!(integrator.state(), last_good_state);
+        assert!(
+            error.to_string().contains(["q3 ", "qdot3 "][component / 3]),
+            "{error}"
+        );
         let (q, v) = (integrator.state()[0], integrator.state()[3]);
         assert!(distance(&[q, v], &[last_good_time.cos(), -last_good_time.sin()]) < 1e-5);
         assert!(error.to_string().contains("fixed step"), "{error}");
@@ -392,7 +399,10 @@ fn a_start_that_is_not_finite_is_refused() {
         DynamicsError::NonFinite {
             time: 0.5,
             last_good_time: 0.5,
-            component: 4
+            component: 4,
+            modes: 3,
+            part: None,
+            last_good_state: vec![],
         }
     );
 }

@@ -23,7 +23,7 @@ const VIEW: [[f64; 3]; 2] = [[0.866, -0.5, 0.0], [0.12, 0.21, 0.97]];
 /// # Errors
 /// [`FigureError`].
 pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figure, FigureError> {
-    let mesh = ball.body().outline(ALONG, ROUND);
+    let mesh = ball.body()?.outline(ALONG, ROUND);
     let radius = ball.ball_radius();
     let mut marks = wires(&mesh, INK, |_, at| at);
     let arrow = |from: [f64; 3], to: [f64; 3], color: Rgb, label: String| Mark::Line {
@@ -106,7 +106,8 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
 /// # Errors
 /// [`FigureError`].
 pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, FigureError> {
-    let mesh = ball.body().outline(ALONG, ROUND);
+    let body = ball.body()?;
+    let mesh = body.outline(ALONG, ROUND);
     let panel = |title: String, marks| Panel {
         title,
         x: Axis::linear("mm", [-60.0, 60.0]),
@@ -114,7 +115,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, FigureError> {
         marks,
     };
     let mut panels = vec![panel("at rest".to_owned(), wires(&mesh, INK, |_, at| at))];
-    for FamilyMode { mode, name } in ball.body().families() {
+    for FamilyMode { mode, name } in body.families() {
         let size = |vertex| {
             mesh.shapes_at(vertex)[mode]
                 .iter()
@@ -125,7 +126,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, FigureError> {
             .map(size)
             .fold(f64::MIN_POSITIVE, f64::max)
             .sqrt();
-        let (color, drawn) = match ball.body().modes()[mode].kind {
+        let (color, drawn) = match body.modes()[mode].kind {
             ModeKind::BendingX | ModeKind::BendingY => (BLUE, LARGEST),
             ModeKind::Torsion => (VERMILION, LARGEST_TORSION),
             ModeKind::Axial => (GREEN, LARGEST),

@@ -1,6 +1,6 @@
 //! The words on what is being seen, as samples arrive.
 
-use super::narrator::{Heard, Narrator};
+use super::narrator::{Circumstances, Heard, Narrator};
 use super::{Context, Emit, Stage, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
@@ -14,6 +14,29 @@ pub struct NarrationStage {
     /// Velocity and displacement, side by side.
     sliding: SlidingWindow<2>,
     narrator: Narrator,
+    joint: Varying,
+}
+
+/// What is told of a joint besides its tilt, where it varies.
+struct Varying {
+    load: bool,
+    rotation: bool,
+    /// Slip speed in steady sliding where the factor on the rotation is 1, m/s.
+    sliding_speed: f64,
+}
+
+impl Varying {
+    fn now(&self, frame: &Frame) -> Circumstances {
+        Circumstances {
+            tilt: frame.tilt,
+            load: self.load.then_some(frame.load),
+            rotation_factor: self.rotation.then_some(frame.rotation_factor),
+            sliding_speed: match self.rotation {
+                true => self.sliding_speed * frame.rotation_factor,
+                false => self.sliding_speed,
+            },
+        }
+    }
 }
 
 impl NarrationStage {
@@ -23,7 +46,12 @@ impl NarrationStage {
         Self {
             sliding: SlidingWindow::new(count(Narrator::MEMORY), every * rate)
                 .starting_with(count(Narrator::FIRST)),
-            narrator: Narrator::new(joint.sliding_speed, rate),
+            narrator: Narrator::new(rate),
+            joint: Varying {
+                load: joint.load_varies(),
+                rotation: joint.rotation_varies(),
+                sliding_speed: joint.sliding_speed,
+            },
         }
     }
 }
@@ -35,13 +63,17 @@ impl Stage for NarrationStage {
         context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
-        let Self { sliding, narrator } = self;
+        let Self {
+            sliding,
+            narrator,
+            joint,
+        } = self;
         sliding.push([&frame.velocity, &frame.displacement], |view| {
             let [velocity, displacement] = view.channels;
             let time = context.time(view.seen as f64 - 1.0);
             let said = narrator.listen(&Heard {
                 time,
-                tilt: frame.tilt,
+                now: joint.now(frame),
                 velocity,
                 displacement,
             })?;

@@ -59,6 +59,10 @@ const FAINT: Limits = Limits {
     leave: 1e-3,
 };
 
+/// Peak velocity, m/s, below which it is called silent whatever the sliding speed: a joint at rest has
+/// none to compare with.
+const NOTHING: f64 = 1e-12;
+
 /// Share of the power in the floor beyond which the floor is called broad.
 const FLOOR: Limits = Limits {
     enter: 3e-4,
@@ -86,12 +90,25 @@ impl Limits {
     }
 }
 
+/// What acts on the joint at one instant, as far as it is spoken of.
+#[derive(Clone, Copy, Debug)]
+pub struct Circumstances {
+    /// Tilt, rad.
+    pub tilt: f64,
+    /// Load, N, where it varies.
+    pub load: Option<f64>,
+    /// Factor on the rotation, where it varies.
+    pub rotation_factor: Option<f64>,
+    /// Slip speed in steady sliding, m/s: what velocities are compared with.
+    pub sliding_speed: f64,
+}
+
 /// What is heard at one instant: the last samples, [`Narrator::MEMORY`] or what there is.
 pub struct Heard<'a> {
     /// Time of the last sample, s.
     pub time: f64,
-    /// Tilt now, rad.
-    pub tilt: f64,
+    /// What acts on the joint now.
+    pub now: Circumstances,
     /// Velocity of the probe, m/s.
     pub velocity: &'a [f64],
     /// Displacement of the probe, m.
@@ -100,8 +117,8 @@ pub struct Heard<'a> {
 
 /// What there is to speak of: the part of what is heard that is of one kind.
 pub struct Observation<'a> {
-    /// Tilt now, rad.
-    pub tilt: f64,
+    /// What acts on the joint now.
+    pub now: Circumstances,
     /// The lines and their names.
     pub reading: &'a Reading,
     /// Velocity of the probe, m/s.
@@ -135,8 +152,6 @@ pub enum Face {
 
 /// Decides when to speak, and of what.
 pub struct Narrator {
-    /// Slip speed in steady sliding, m/s: what velocities are compared with.
-    sliding_speed: f64,
     /// Samples a second, Hz.
     rate: f64,
     analyser: SpectrumAnalyser,
@@ -172,9 +187,8 @@ impl Narrator {
     pub const FIRST: f64 = 2.0 * PIECE;
 
     /// Has said nothing yet; for samples at `rate` (Hz).
-    pub fn new(sliding_speed: f64, rate: f64) -> Self {
+    pub fn new(rate: f64) -> Self {
         Self {
-            sliding_speed,
             rate,
             analyser: SpectrumAnalyser::new(super::LINE_WINDOW, rate),
             restless: f64::NEG_INFINITY,
@@ -189,7 +203,7 @@ impl Narrator {
     /// If there are too few samples for a spectrum.
     pub fn listen(&mut self, heard: &Heard<'_>) -> Result<Option<String>, AnalysisError> {
         let envelope = Envelope::of(heard.velocity, self.rate);
-        let change = self.change(&envelope);
+        let change = self.change(&envelope, heard.now.sliding_speed);
         if change.is_some() {
             self.restless = heard.time;
         }
@@ -200,13 +214,13 @@ impl Narrator {
         let face = change.unwrap_or_else(|| self.tones(&reading, count));
         Ok(self.is_due(face, heard.time).then(|| {
             let seen = Observation {
-                tilt: heard.tilt,
+                now: heard.now,
                 reading: &reading,
                 velocity,
                 displacement: &heard.displacement[heard.displacement.len() - count..],
                 growth_rate: envelope.growth / PIECE,
             };
-            words::describe(face, &seen, self.sliding_speed)
+            words::describe(face, &seen)
         }))
     }
 
@@ -242,8 +256,8 @@ impl Narrator {
     }
 
     /// The face of a vibration whose envelope changes, or that is hardly there.
-    fn change(&self, envelope: &Envelope) -> Option<Face> {
-        let faint = FAINT.now(self.is(Face::Silent)) * self.sliding_speed;
+    fn change(&self, envelope: &Envelope, sliding_speed: f64) -> Option<Face> {
+        let faint = (FAINT.now(self.is(Face::Silent)) * sliding_speed).max(NOTHING);
         if envelope.growth > GROWTH.now(self.is(Face::Growing)) {
             Some(Face::Growing)
         } else if envelope.peak <= faint {
@@ -308,12 +322,19 @@ mod tests {
     use super::*;
     use crate::pipeline::stages::synthetic::{Motion, RATE, SLIDING_SPEED};
 
+    const STEADY: Circumstances = Circumstances {
+        tilt: 0.0,
+        load: None,
+        rotation_factor: None,
+        sliding_speed: SLIDING_SPEED,
+    };
+
     /// What the narrator makes of a tone with an exponential envelope that ends at `speed`.
     fn tell(narrator: &mut Narrator, rate: f64, speed: f64, time: f64) -> Option<String> {
         let motion = Motion::tones(Narrator::MEMORY, &[(4117.0, speed, 0.0)]).with_growth(rate);
         let heard = Heard {
             time,
-            tilt: 0.0,
+            now: STEADY,
             velocity: &motion.velocity,
             displacement: &motion.displacement,
         };
@@ -336,7 +357,7 @@ mod tests {
 
     #[test]
     fn a_change_is_told_when_it_is_seen_twice() {
-        let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+        let mut narrator = Narrator::new(RATE);
         let mut see = |rate, speed, k: u32| tell(&mut narrator, rate, speed, 1e-3 * f64::from(k));
         let (silent, growing) = (1e-3 * 1e-3 * SLIDING_SPEED, 1e-3);
         assert_eq!(see(0.0, silent, 0).as_deref(), Some("## Silent"));
@@ -366,10 +387,10 @@ mod tests {
     #[test]
     fn nothing_is_said_of_a_start_too_short_to_tell() {
         let motion = Motion::tones(Narrator::FIRST, &[(4117.0, 1e-3, 0.0)]);
-        let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+        let mut narrator = Narrator::new(RATE);
         let heard = Heard {
             time: 0.0,
-            tilt: 0.0,
+            now: STEADY,
             velocity: &motion.velocity,
             displacement: &motion.displacement,
         };
@@ -387,10 +408,10 @@ mod tests {
             let mut tones = vec![(4112.9, 10e-3, 0.1), (12_338.7, 3e-3, 1.9)];
             tones.extend([(3873.0, 9e-3), (7985.9, 10e-3), (12_098.8, 5e-3)].map(weak));
             let motion = Motion::tones(Narrator::MEMORY, &tones);
-            let mut narrator = Narrator::new(SLIDING_SPEED, RATE);
+            let mut narrator = Narrator::new(RATE);
             let heard = Heard {
                 time: 0.0,
-                tilt: 0.0,
+                now: STEADY,
                 velocity: &motion.velocity,
                 displacement: &motion.displacement,
             };

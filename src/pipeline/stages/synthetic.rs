@@ -178,6 +178,8 @@ impl Motion {
                 displacement: displacement.to_vec(),
                 velocity: velocity.to_vec(),
                 tilt,
+                load: 150.0,
+                rotation_factor: 1.0,
                 transitions: 2,
                 ..Frame::default()
             })
@@ -198,13 +200,15 @@ pub fn header() -> Header {
         analyses: Vec::new(),
         section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(JointInfo {
+            body: String::new(),
             modes: Vec::new(),
             min_tilt: 0.0,
             max_tilt: 0.0,
             azimuth: 0.0,
             outline: Outline::default(),
             rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
-            load: 150.0,
+            rotation_span: [1.0; 2],
+            load_span: [150.0; 2],
             ball_radius: 15.875e-3,
             patch_radius: 1.697e-3,
             sliding_speed: SLIDING_SPEED,

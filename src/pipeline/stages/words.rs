@@ -2,7 +2,7 @@
 
 use std::f64::consts::LN_2;
 
-use super::narrator::{Face, Observation};
+use super::narrator::{Circumstances, Face, Observation};
 use super::{Reading, half_range, peak_magnitude};
 use crate::analysis::{Bases, Combination};
 use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
@@ -13,7 +13,7 @@ use crate::scene::ButterflySpec;
 const SPELLED: usize = 4;
 
 /// A heading, what is seen, and how large it is.
-pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
+pub fn describe(face: Face, seen: &Observation<'_>) -> String {
     let heading = match face {
         Face::Silent => "Silent",
         Face::Growing => "A vibration is growing",
@@ -37,9 +37,9 @@ pub fn describe(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> Strin
         (Face::TwoTones, Bases::Two { f1, f2 }) => two_tones(f1, f2, reading),
         (Face::Tone | Face::TwoTones | Face::Unsettled, _) => unsettled(reading),
     };
-    let size = size(face, seen, sliding_speed);
-    let tilt = seen.tilt.to_degrees();
-    format!("## {heading}\n\n{body}\n\n{size}\n\nTilt {tilt:.1}°.")
+    let size = size(face, seen);
+    let now = circumstances(&seen.now);
+    format!("## {heading}\n\n{body}\n\n{size}\n\n{now}")
 }
 
 /// The verdict of the exponents at the end of a run.
@@ -203,9 +203,25 @@ fn unsettled(reading: &Reading) -> String {
     )
 }
 
+/// Tilt, and whatever else changes with time.
+fn circumstances(now: &Circumstances) -> String {
+    let mut text = format!("Tilt {:.1}°", now.tilt.to_degrees());
+    if let Some(load) = now.load {
+        text += &format!(", load {}", quantity(load, "N"));
+    }
+    if let Some(factor) = now.rotation_factor {
+        text += &format!(", rotation {factor:.2} times that of the scene");
+    }
+    text + "."
+}
+
 /// How far and how fast, against the speed of sliding.
-fn size(face: Face, seen: &Observation<'_>, sliding_speed: f64) -> String {
+fn size(face: Face, seen: &Observation<'_>) -> String {
+    let sliding_speed = seen.now.sliding_speed;
     let speed = quantity(peak_magnitude(seen.velocity), "m/s");
+    if sliding_speed == 0.0 {
+        return format!("The ball does not turn; the contact point moves at up to {speed}.");
+    }
     let sliding = quantity(sliding_speed, "m/s");
     if face == Face::Silent {
         return format!("It moves at {speed} at most; the ball slides at {sliding}.");
@@ -283,7 +299,25 @@ fn rounded(value: f64, digits: usize, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{percent, quantity, rounded};
+    use super::{Circumstances, circumstances, percent, quantity, rounded};
+
+    #[test]
+    fn what_varies_besides_the_tilt_is_told() {
+        let steady = Circumstances {
+            tilt: 3.04f64.to_radians(),
+            load: None,
+            rotation_factor: None,
+            sliding_speed: 0.016,
+        };
+        assert_eq!(circumstances(&steady), "Tilt 3.0°.");
+        let varying = Circumstances {
+            load: Some(121.4),
+            rotation_factor: Some(0.5),
+            ..steady
+        };
+        let told = "Tilt 3.0°, load 121 N, rotation 0.50 times that of the scene.";
+        assert_eq!(circumstances(&varying), told);
+    }
 
     #[test]
     fn shares_have_two_digits() {

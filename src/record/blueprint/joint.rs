@@ -49,8 +49,19 @@ impl Layout {
             lowest.min(0.0),
             highest.max(if lowest < 0.0 { 0.0 } else { 1.0 }),
         );
+        let load = joint.load_varies().then(|| {
+            let view = self.series("Load, N (whole run)", paths::LOAD_NOW, None);
+            self.range(&view, 0.0, 1.15 * joint.largest_load());
+            view
+        });
+        let rotation = joint.rotation_varies().then(|| {
+            let name = "Factor on the rotation (whole run)";
+            let view = self.series(name, paths::ROTATION_FACTOR, None);
+            self.range(&view, 0.0, 1.15 * joint.rotation_span[1]);
+            view
+        });
         self.displacement_range(&displacement, joint);
-        let speed = joint.sliding_speed;
+        let speed = joint.largest_sliding_speed();
         self.range(&velocity, -2e3 * speed, 2e3 * speed);
 
         let left = Parts::new().add(0.42, words).add(0.58, body).column();
@@ -64,6 +75,8 @@ impl Layout {
             .add(1.0, displacement)
             .add(1.0, velocity)
             .add(1.0, tilt)
+            .add(1.0, load)
+            .add(1.0, rotation)
             .row();
         let right = Parts::new()
             .add(0.44, top)
@@ -80,6 +93,9 @@ impl Layout {
         joint: &JointInfo,
         spec: RecordSpec,
     ) -> Option<ContainerLike> {
+        if spec.patch_rate == 0.0 {
+            return None;
+        }
         let patch = self.patch(joint);
         let rate = style::short(1e-3 * spec.patch_rate);
         let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
@@ -97,7 +113,7 @@ impl Layout {
             paths::CONTACT_FORCE,
             window,
         );
-        self.range(&force, 0.0, 1.6 * joint.load);
+        self.range(&force, 0.0, 1.6 * joint.largest_load());
         let embedding = self.embedding(header, 3.9);
         let left = Parts::new().add(1.0, patch).add(1.0, embedding).column();
         let right = Parts::new().add(1.0, counts).add(1.0, force).column();
@@ -105,7 +121,7 @@ impl Layout {
         tab("Contact", screen.row())
     }
 
-    pub fn modes_tab(&mut self) -> Option<ContainerLike> {
+    pub fn modes_tab(&mut self, spec: RecordSpec) -> Option<ContainerLike> {
         let window = Some(SERIES_WINDOW);
         let q = self.series(
             "Modal coordinates, √kg µm (last 5 ms)",
@@ -129,8 +145,11 @@ impl Layout {
         );
         let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
         let left = Parts::new().add(1.0, q).add(1.0, qdot).column();
-        let right = Parts::new().add(1.0, energy).add(1.0, audit).column();
-        let screen = Parts::new().add(1.0, left).add(0.3, key).add(1.0, right);
+        let mut screen = Parts::new().add(1.0, left).add(0.3, key);
+        if spec.energy_rate > 0.0 {
+            let right = Parts::new().add(1.0, energy).add(1.0, audit).column();
+            screen = screen.add(1.0, right);
+        }
         tab("Modes", screen.row())
     }
 
@@ -190,17 +209,26 @@ impl Layout {
     /// sliding speed, its displacement no more than that of the lowest mode so excited.
     pub fn displacement_range(&mut self, view: &ContainerLike, joint: &JointInfo) {
         if let Some(lowest) = joint.modes.first() {
-            let largest = joint.sliding_speed / (std::f64::consts::TAU * lowest.frequency_hz);
+            let largest =
+                joint.largest_sliding_speed() / (std::f64::consts::TAU * lowest.frequency_hz);
             self.range(view, -1e6 * largest, 1e6 * largest);
         }
     }
 
-    /// Ball and beam from the side, a little from above.
+    /// The body from the side, a little from above.
     fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
-        let name = format!(
-            "Ball and beam, motion drawn {} times larger",
-            style::short(spec.exaggeration)
-        );
+        let name = match (joint.outline.vertices.is_empty(), spec.body_rate > 0.0) {
+            (true, true) => format!(
+                "{}: load and rotation, its surface is not known",
+                joint.body
+            ),
+            (true, false) => format!("{}: load and rotation", joint.body),
+            (false, _) => format!(
+                "{}, motion drawn {} times larger",
+                joint.body,
+                style::short(spec.exaggeration)
+            ),
+        };
         let view: ContainerLike = Spatial3DView::new(name)
             .with_origin(paths::SCENE_3D)
             .with_contents(

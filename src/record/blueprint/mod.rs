@@ -71,7 +71,7 @@ pub fn send_turned(
             let tabs = vec![
                 layout.squeak_tab(header, joint, spec),
                 layout.contact_tab(header, joint, spec),
-                layout.modes_tab(),
+                layout.modes_tab(spec),
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),

@@ -36,7 +36,7 @@ fn cost() -> CostView {
         title: "A test".to_owned(),
         scene_text: "duration_ms = 1".to_owned(),
         command: "squeakscope cost test".to_owned(),
-        held_at: None,
+        held: Default::default(),
         horizon: 4e-3,
         knobs: vec![
             KnobView {

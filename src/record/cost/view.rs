@@ -1,5 +1,7 @@
 //! What a recording of what accuracy costs is made of.
 
+use crate::scene::Held;
+
 /// The work-precision sets of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostView {
@@ -11,8 +13,8 @@ pub struct CostView {
     pub scene_text: String,
     /// How the program was started.
     pub command: String,
-    /// The tilt at which the scene was held, rad, where its own varies.
-    pub held_at: Option<f64>,
+    /// Where the scene was held, of what varies in it.
+    pub held: Held,
     /// Time over which trajectories are compared, s.
     pub horizon: f64,
     /// The knobs that were turned.

@@ -201,8 +201,9 @@ pub fn about(cost: &CostView) -> String {
         scene = cost.scene,
         horizon = Quantity::Time.words(cost.horizon),
         held = cost
-            .held_at
-            .map(|tilt| format!(" The tilt is held at {:.2}°, its first.", tilt.to_degrees()))
+            .held
+            .words()
+            .map(|words| format!(" Held at its first values: {words}."))
             .unwrap_or_default(),
         title = cost.title,
         reading = reading(&cost.knobs),

@@ -240,6 +240,7 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
 /// The joint that is said to have made the samples.
 pub fn joint() -> JointInfo {
     JointInfo {
+        body: "Ball and beam".to_owned(),
         modes: MODES
             .iter()
             .map(|&(label, frequency_hz)| ModeInfo {
@@ -252,7 +253,8 @@ pub fn joint() -> JointInfo {
         azimuth: 0.0,
         outline: outline(),
         rotation: [0.5f64.sqrt(), 0.5f64.sqrt(), 0.0],
-        load: LOAD,
+        rotation_span: [1.0; 2],
+        load_span: [LOAD; 2],
         ball_radius: BALL,
         patch_radius: PATCH,
         sliding_speed: BALL,
@@ -403,6 +405,8 @@ impl Signal {
             displacement: self.displacement[range.clone()].to_vec(),
             velocity: self.velocity[range.clone()].to_vec(),
             tilt,
+            load: LOAD,
+            rotation_factor: 1.0,
             patch: moments()
                 .map(|k| self.snapshot(k as f64 * dt, k, &geometry))
                 .collect(),

@@ -1,16 +1,20 @@
 //! The joint: body, socket, load, contact, friction, damping.
 
-use super::tilt::tilt;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::schedule::{self, Table};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
-    BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, JointSpec, MOST_MODES,
-    PUBLISHED, Socket, Stribeck,
+    BallOnBeam, BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, JointSpec,
+    MOST_MODES, OwnModes, PUBLISHED, Socket, Stribeck,
 };
-use crate::scene::error::SceneError;
+use crate::scene::error::{Fault, SceneError};
 use crate::scene::file::Document;
-use crate::scene::keys::{self, DampingLaw, Key, Law};
-use crate::scene::kind::{Number, Numbers};
-use crate::scene::subject::TiltedJoint;
+use crate::scene::keys::{self, DampingLaw, Key, Law, split};
+use crate::scene::kind::{Kind, Number, Numbers};
+use crate::scene::schedule::Schedule;
+use crate::scene::subject::{ScaledRotation, TiltedJoint};
 
 /// The tables that only a joint has.
 pub(super) const TABLES: [&str; 8] = [
@@ -24,23 +28,84 @@ pub(super) const TABLES: [&str; 8] = [
     "damping",
 ];
 
-pub(super) fn tilted(document: &Document<'_>) -> Result<TiltedJoint, SceneError> {
-    Ok(TiltedJoint {
-        spec: joint(document)?,
-        tilt: tilt(document)?,
-    })
+/// The joint of a scene file and what acts on it, and the tables that other files hold; `known` are modes
+/// that need not be read again.
+pub(super) fn tilted(
+    document: &Document<'_>,
+    file: &str,
+    known: Option<&Arc<OwnModes>>,
+) -> Result<(TiltedJoint, Vec<Table>), SceneError> {
+    let load = schedule::find(document, &keys::LOAD_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::LOAD))?;
+    let mut joint = joint(document, load.schedule.at(0.0), file, known)?;
+    let tilt = schedule::find(document, &keys::TILT_SCHEDULE)?
+        .ok_or_else(|| document.missing(&keys::TILT))?;
+    let factor = schedule::find(document, &keys::FACTOR_SCHEDULE)?;
+    let mut tables: Vec<Table> = [load.table, tilt.table].into_iter().flatten().collect();
+    let mut rotation = None;
+    if let Some(factor) = factor {
+        tables.extend(factor.table);
+        let scaled = scaled(document, joint.rotation, factor.schedule)?;
+        joint.rotation = scaled.at(0.0);
+        rotation = Some(scaled);
+    }
+    let tilted = TiltedJoint {
+        spec: joint,
+        tilt: tilt.schedule,
+        load: load.is_function.then_some(load.schedule),
+        rotation,
+    };
+    Ok((tilted, tables))
 }
 
-fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
-    let body = body(document)?;
+/// A rotation none of whose components is ever larger than one may be.
+fn scaled(
+    document: &Document<'_>,
+    rad_s: [f64; 3],
+    factor: Schedule,
+) -> Result<ScaledRotation, SceneError> {
+    let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.max();
+    if !keys::ROTATION.kind.component.range.contains(largest) {
+        let forms: Vec<&str> = keys::FACTOR_SCHEDULE.forms().collect();
+        return Err(document.inconsistent(
+            keys::ROTATION.path,
+            &forms,
+            format!("with its factor a component would reach {largest} rad/s"),
+            format!(
+                "reduce one of them: {}",
+                keys::ROTATION.kind.component.expected()
+            ),
+        ));
+    }
+    Ok(ScaledRotation { rad_s, factor })
+}
+
+fn joint(
+    document: &Document<'_>,
+    load: f64,
+    file: &str,
+    known: Option<&Arc<OwnModes>>,
+) -> Result<JointSpec, SceneError> {
+    let body = match document.find(&keys::MODES)? {
+        Some(named) => BodySpec::Own(own_modes(document, file, &named, known)?),
+        None => BodySpec::BallOnBeam(ball_on_beam(document)?),
+    };
+    let ball_diameter = match &body {
+        BodySpec::BallOnBeam(body) => Some(body.geometry.ball_diameter),
+        BodySpec::Own(_) => None,
+    };
+    let nodes = match &body {
+        BodySpec::BallOnBeam(_) => document.get(&keys::NODES)?,
+        BodySpec::Own(modes) => modes.nodes(),
+    };
     Ok(JointSpec {
-        socket: socket(document, &body.geometry)?,
-        load: document.get(&keys::LOAD)?,
+        socket: socket(document, ball_diameter)?,
+        load,
         azimuth: document.get(&keys::AZIMUTH)?,
-        rotation: rotation(document)?,
+        rotation: document.get(&keys::ROTATION)?,
         convection: document.get(&keys::CONVECTION)?,
         contact: Contact {
-            nodes: document.get(&keys::NODES)?,
+            nodes,
             quadrature: document.get(&keys::QUADRATURE)?,
             stiffness_factor: document.get(&keys::STIFFNESS_FACTOR)?,
             stiffness: document.get(&keys::STIFFNESS)?,
@@ -49,12 +114,51 @@ fn joint(document: &Document<'_>) -> Result<JointSpec, SceneError> {
             damping: contact_damping(document)?,
         },
         friction: friction(document)?,
-        damping: damping(document, body.families.count())?,
+        damping: damping(document, body.modes())?,
         body,
     })
 }
 
-fn body(document: &Document<'_>) -> Result<BodySpec, SceneError> {
+/// Modes from the file named in a scene file, which says all of the body and its contact patch.
+fn own_modes(
+    document: &Document<'_>,
+    file: &str,
+    named: &str,
+    known: Option<&Arc<OwnModes>>,
+) -> Result<Arc<OwnModes>, SceneError> {
+    let patch = [
+        keys::NODES.path,
+        keys::QUADRATURE.path,
+        keys::STIFFNESS.path,
+        keys::RADIUS_FACTOR.path,
+    ];
+    let of_body = |key: &&str| {
+        let table = split(key).0;
+        (table == "body" || table == "socket") && *key != keys::MODES.path
+    };
+    let body = keys::ALL.iter().map(|key| key.path()).filter(of_body);
+    if let Some(key) = body.chain(patch).find(|key| document.has(key)) {
+        let fault = Fault::Inconsistent {
+            key,
+            problem: format!("body.modes takes body and contact patch from `{named}`"),
+            remedy: "remove this key, or body.modes".to_owned(),
+        };
+        return Err(fault.at(document.place_of(&[key])));
+    }
+    if let Some(known) = known.filter(|known| known.name() == named) {
+        return Ok(Arc::clone(known));
+    }
+    let beside = Path::new(file).parent().unwrap_or(Path::new(""));
+    let path = beside.join(named);
+    let modes = OwnModes::read(&path, named).map_err(|problem| SceneError::Modes {
+        at: document.place_of(&[keys::MODES.path]),
+        file: path.display().to_string(),
+        problem: Box::new(problem),
+    })?;
+    Ok(Arc::new(modes))
+}
+
+fn ball_on_beam(document: &Document<'_>) -> Result<BallOnBeam, SceneError> {
     let geometry = Geometry {
         ball_diameter: document.get(&keys::BALL_DIAMETER)?,
         beam_diameter: document.get(&keys::BEAM_DIAMETER)?,
@@ -73,7 +177,7 @@ fn body(document: &Document<'_>) -> Result<BodySpec, SceneError> {
     };
     let frequencies = document.get(&keys::FREQUENCIES)?;
     modes(document, &families, &frequencies)?;
-    Ok(BodySpec {
+    Ok(BallOnBeam {
         geometry,
         material: Material {
             young: document.get(&keys::BODY_YOUNG)?,
@@ -181,16 +285,16 @@ fn modes(
     Ok(())
 }
 
-fn socket(document: &Document<'_>, geometry: &Geometry) -> Result<Socket, SceneError> {
+fn socket(document: &Document<'_>, ball_diameter: Option<f64>) -> Result<Socket, SceneError> {
     let diameter = document.get(&keys::SOCKET_DIAMETER)?;
-    if diameter <= geometry.ball_diameter {
+    if let Some(ball) = ball_diameter.filter(|ball| diameter <= *ball) {
         return Err(document.inconsistent(
             keys::SOCKET_DIAMETER.path,
             &[keys::BALL_DIAMETER.path],
             format!(
                 "the socket ({} mm) is not larger than the ball ({} mm)",
                 diameter * 1e3,
-                geometry.ball_diameter * 1e3
+                ball * 1e3
             ),
             "make it larger than body.ball_diameter_mm",
         ));
@@ -200,19 +304,6 @@ fn socket(document: &Document<'_>, geometry: &Geometry) -> Result<Socket, SceneE
         young: document.get(&keys::SOCKET_YOUNG)?,
         poisson: document.get(&keys::SOCKET_POISSON)?,
     })
-}
-
-fn rotation(document: &Document<'_>) -> Result<[f64; 3], SceneError> {
-    let rotation = document.get(&keys::ROTATION)?;
-    if rotation.iter().all(|&component| component == 0.0) {
-        return Err(document.inconsistent(
-            keys::ROTATION.path,
-            &[],
-            "the ball does not rotate, so nothing slides",
-            "make one component other than 0",
-        ));
-    }
-    Ok(rotation)
 }
 
 fn friction(document: &Document<'_>) -> Result<Friction, SceneError> {

@@ -1,30 +1,46 @@
 //! From a parsed file to a validated [`Scene`]: values by key first, then what must fit together.
 
 mod analysis;
+mod csv;
 mod exponents;
 mod joint;
 mod record;
+mod schedule;
 mod small;
 mod start;
 mod tilt;
+
+use std::sync::Arc;
 
 use super::accuracy::Advised;
 use super::error::{Fault, Place, SceneError};
 use super::file::{Document, line_of};
 use super::keys;
+use super::parameter::with_knots;
 use super::spec::{Integrator, Method, Scene};
 use super::subject::SubjectSpec;
+use crate::joint::OwnModes;
 
-pub(super) use tilt::sliding;
+pub(super) use tilt::{patch_stays, sliding};
 
 impl Scene {
     /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
-    /// its stem names the scene if the text does not.
+    /// its stem names the scene if the text does not, and files that the scene names are looked for
+    /// in its folder. What tables of such a file hold takes their place in [`Scene::text`].
     ///
     /// # Errors
     /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
-    /// missing, mistyped or out of range, values that do not fit together.
+    /// missing, mistyped or out of range, values or files that do not fit together.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
+        Self::parse_with(file, content, None)
+    }
+
+    /// [`Scene::parse`], without reading a file of modes that is known already.
+    pub(super) fn parse_with(
+        file: &str,
+        content: impl AsRef<[u8]>,
+        known: Option<&Arc<OwnModes>>,
+    ) -> Result<Self, SceneError> {
         let content = content.as_ref();
         let text = std::str::from_utf8(content).map_err(|error| {
             let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
@@ -35,11 +51,16 @@ impl Scene {
         })?;
         // Some editors put a byte-order mark first; it is no part of the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        build(&Document::parse(file, text)?, file, text)
+        build(&Document::parse(file, text)?, file, text, known)
     }
 }
 
-fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, SceneError> {
+fn build(
+    document: &Document<'_>,
+    file: &str,
+    text: &str,
+    known: Option<&Arc<OwnModes>>,
+) -> Result<Scene, SceneError> {
     let stem = std::path::Path::new(file).file_stem();
     let name = match document.find(&keys::NAME)? {
         Some(name) => name,
@@ -48,16 +69,26 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
-    let subject = match small::small(document)? {
-        Some(small) => SubjectSpec::Small(small),
-        None => SubjectSpec::Joint(joint::tilted(document)?),
+    let (subject, tables) = match small::small(document)? {
+        Some(small) => (SubjectSpec::Small(small), Vec::new()),
+        None => {
+            let (joint, tables) = joint::tilted(document, file, known)?;
+            (SubjectSpec::Joint(joint), tables)
+        }
     };
     let start = start::start(document, &subject)?;
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
         name,
-        text: text.to_owned(),
+        text: tables.iter().try_fold(text.to_owned(), |text, table| {
+            with_knots(
+                &text,
+                table.keys,
+                &table.knots,
+                document.place_of(&[table.keys.csv.path]),
+            )
+        })?,
         start,
         duration: document.get(&keys::DURATION)?,
         sample_rate,
@@ -68,13 +99,17 @@ fn build(document: &Document<'_>, file: &str, text: &str) -> Result<Scene, Scene
         record: record::record(document, sample_rate, &subject)?,
         subject,
     };
-    let motion = [
-        keys::ROTATION.path,
-        keys::AZIMUTH.path,
-        keys::TILT.path,
-        keys::TILT_KNOTS.path,
-    ];
+    let motion: Vec<&str> = [keys::ROTATION.path, keys::AZIMUTH.path]
+        .into_iter()
+        .chain(keys::TILT_SCHEDULE.forms())
+        .collect();
+    let load: Vec<&str> = [keys::MODES.path, keys::AZIMUTH.path]
+        .into_iter()
+        .chain(keys::LOAD_SCHEDULE.forms())
+        .chain(keys::TILT_SCHEDULE.forms())
+        .collect();
     if let SubjectSpec::Joint(joint) = &scene.subject {
+        patch_stays(joint, || document.place_of(&load))?;
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
     Ok(scene)

@@ -53,7 +53,7 @@ pub(super) fn element_sets(
     ground: &mut Ground<'_>,
     goes_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
-    let body = &ground.plan.scene.joint()?.spec.body;
+    let body = ground.plan.scene.ball_on_beam()?;
     let modes = |elements: &Elements| {
         let modes = BodyModes::solve(&body.geometry, &body.material, elements, &body.families)?;
         Ok::<_, CostError>(modes.modes().to_vec())

@@ -25,7 +25,7 @@ use crate::dynamics::{DynamicsError, Exponent};
 use crate::fem::FemError;
 use crate::joint::{AssemblyError, BallJoint};
 use crate::pipeline::PipelineError;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Held, Scene, SceneError};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
 use body::element_sets;
@@ -126,7 +126,7 @@ pub struct CostPoint {
 /// How a study is done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostPlan {
-    /// The scene, held at its first tilt.
+    /// The scene, held at its first tilt, load and rotation.
     pub scene: Scene,
     /// The knobs to turn.
     pub knobs: Vec<Knob>,
@@ -137,15 +137,16 @@ pub struct CostPlan {
 }
 
 impl CostPlan {
-    /// All knobs of a scene; a scene without joint has no nodes, modes and elements.
+    /// All knobs of a scene; one without ball and beam has no nodes, modes and elements to choose.
     pub fn new(scene: Scene) -> Self {
-        let of_joint = |knob: &Knob| matches!(knob, Knob::Nodes | Knob::Modes | Knob::Elements);
+        let of_beam = |knob: &Knob| matches!(knob, Knob::Nodes | Knob::Modes | Knob::Elements);
+        let beam = scene.ball_on_beam().is_ok();
         let joint = scene.joint().is_ok();
         Self {
             scene: scene.without_analyses(),
             knobs: Knob::ALL
                 .into_iter()
-                .filter(|knob| joint || !of_joint(knob))
+                .filter(|knob| beam || !of_beam(knob))
                 .collect(),
             repeats: 5,
             // A good number of periods: small systems are slow.
@@ -159,8 +160,8 @@ impl CostPlan {
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,
-    /// The tilt at which it was held, rad, where the scene's own varies.
-    pub held_at: Option<f64>,
+    /// Where it was held, of what varies in the scene.
+    pub held: Held,
     /// Time over which trajectories are compared, s.
     pub horizon: f64,
     /// The largest Lyapunov exponent, 1/s, by which the horizon was chosen.
@@ -277,17 +278,17 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
     Ok(Some(CostStudy {
         stopped,
         scene: plan.scene.name.clone(),
-        held_at: held_at(&plan.scene),
+        held: held(&plan.scene),
         horizon: ground.horizon,
         exponent,
         sets,
     }))
 }
 
-/// The tilt that a study of one tilt takes, rad, of a scene whose tilt varies.
-fn held_at(scene: &Scene) -> Option<f64> {
-    let tilt = &scene.joint().ok()?.tilt;
-    tilt.varies().then(|| tilt.at(0.0))
+/// Where a study of one state of the joint holds what varies.
+fn held(scene: &Scene) -> Held {
+    let joint = scene.joint();
+    joint.map_or_else(|_| Held::default(), |joint| joint.held_at_first())
 }
 
 /// Within this many times the inverse of the exponent an error grows by no more than `e`.

@@ -44,9 +44,10 @@ pub(super) fn mode_sets(
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
     let spec = &scene.joint()?.spec;
-    let own = &spec.body.families;
+    let body = scene.ball_on_beam()?;
+    let own = &body.families;
     let uneven = spec.damping.windows(2).any(|pair| pair[0] != pair[1]);
-    let published = spec.body.frequencies == Frequencies::Published;
+    let published = body.frequencies == Frequencies::Published;
     let all = match (uneven, published) {
         // Of other modes the damping is not known.
         (true, _) => *own,
@@ -108,8 +109,8 @@ pub(super) fn mode_sets(
 fn with(scene: &Scene, families: &Families) -> Result<Scene, CostError> {
     let mut scene = scene.clone();
     scene.integrator.tolerance = TOLERANCE;
+    scene.ball_on_beam_mut()?.families = *families;
     let spec = &mut scene.joint_mut()?.spec;
-    spec.body.families = *families;
     if let Some(&last) = spec.damping.last() {
         spec.damping.resize(families.count(), last);
     }
@@ -136,9 +137,14 @@ fn more(families: &Families) -> Families {
 fn nested(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Vec<Families>, CostError> {
     use crate::fem::ModeKind::{Axial, BendingX, BendingY, Torsion};
     prepare_on(scene, ball)?;
-    let joint = ball.iter();
+    let Some(joint) = ball else {
+        return Ok(Vec::new());
+    };
+    let body = joint.body()?.modes();
     let mut modes: Vec<_> = joint
-        .flat_map(|joint| joint.frequencies_hz().iter().zip(joint.body().modes()))
+        .frequencies_hz()
+        .iter()
+        .zip(body)
         .filter(|(_, mode)| mode.kind != BendingY)
         .map(|(hz, mode)| (*hz, mode.kind))
         .collect();

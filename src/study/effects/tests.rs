@@ -6,7 +6,14 @@ fn of(name: &str, text: &str) -> Effects {
         scene = Scene::parse("changed.toml", format!("{}\n{text}", scene.text)).unwrap();
     }
     scene.duration = 0.01;
-    effects(&scene, &mut |_| true).unwrap().unwrap()
+    let mut recorded = 0;
+    let record = &mut |_: &Scene| {
+        recorded += 1;
+        Ok(())
+    };
+    let found = effects(&scene, record, &mut |_| true).unwrap().unwrap();
+    assert_eq!(recorded > 0, scene.joint().is_ok());
+    found
 }
 
 fn find<'a>(found: &'a Effects, key: &str) -> &'a Effect {
@@ -62,7 +69,7 @@ fn a_small_system_has_no_effects_of_nodes() {
 fn it_stops_when_told() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let mut asked = 0;
-    let found = effects(&scene, &mut |_| {
+    let found = effects(&scene, &mut |_| Ok(()), &mut |_| {
         asked += 1;
         asked < 3
     });

@@ -4,11 +4,14 @@ use super::*;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Monitor, run};
 
-fn here(scene: &Scene, duration: f64) -> Result<(f64, Option<u64>), Cause> {
+fn here(scene: &Scene, duration: f64, _: &mut dyn FnMut() -> bool) -> Result<Option<Taken>, Cause> {
     let scene = scene.clone().with_duration(1e3 * duration)?;
     let mut records = Vec::<Record>::new();
     let summary = run(&scene, "", &mut records, Monitor::default())?;
-    Ok((summary.wall, peak_memory()))
+    Ok(Some(Taken {
+        seconds: summary.wall,
+        memory: peak_memory(),
+    }))
 }
 
 fn small(scene: &str) -> GrowthPlan {

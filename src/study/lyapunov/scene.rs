@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, Watch, lyapunov};
 use crate::dynamics::{Integrator, PERIODS_FOR_ZERO, System};
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
-use crate::scene::{Scene, SubjectSpec};
+use crate::scene::{Held, Loading, Scene, SubjectSpec};
 
 /// What is asked of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub struct SceneLyapunov {
     pub study: LyapunovStudy,
     /// Tilt of the load meanwhile, rad; `None` where there is no load.
     pub tilt: Option<f64>,
+    /// The last values of what varies in the scene, which were held meanwhile.
+    pub held: Held,
     /// Time for which the scene ran before, s.
     pub transient: f64,
     /// Error allowed in a step while vectors were followed; `None` for a fixed step.
@@ -53,10 +55,10 @@ pub const LONGEST: f64 = 100.0;
 /// bound on their length cost 3.3 times for 0.2 %.
 pub const RESOLVING: f64 = 5e-8;
 
-/// Runs a scene as it stands, transient, ramp and all; then holds the tilt that it has come to, and
-/// averages the growth of tangent vectors from the state that it has come to. The transient keeps the
-/// scene's tolerance, so that it leads where the scene does; from there on [`LyapunovRequest::tolerance`]
-/// holds.
+/// Runs a scene as it stands, transient, ramp and all; then holds the tilt, the load and the rotation
+/// that it has come to, and averages the growth of tangent vectors from the state that it has come to.
+/// The transient keeps the scene's tolerance, so that it leads where the scene does; from there on
+/// [`LyapunovRequest::tolerance`] holds.
 ///
 /// A scene whose tilt rises therefore gives the exponents of the motion that was continued up to
 /// its last tilt, which may be another one than a kick at that tilt leads to. Stopped before its
@@ -116,9 +118,13 @@ pub fn scene_lyapunov(
     }
 
     if !stopped {
-        motion.hold_last_tilt()?;
+        motion.hold_last_loading()?;
     }
-    let tilt = motion.tilt();
+    let loading = motion.loading();
+    let held = match (scene.joint(), loading) {
+        (Ok(joint), Some(loading)) => joint.held_at(loading),
+        _ => Held::default(),
+    };
     let (system, integrator) = motion.into_parts();
     let mut tolerance = integrator.tolerance();
     let study = if stopped {
@@ -137,7 +143,8 @@ pub fn scene_lyapunov(
     };
     Ok(SceneLyapunov {
         study,
-        tilt,
+        tilt: loading.map(|loading| loading.tilt),
+        held,
         transient,
         tolerance,
         omega_1,
@@ -150,7 +157,7 @@ pub fn scene_lyapunov(
     reason = "a study has one motion: its size does not matter"
 )]
 enum Motion {
-    /// A joint, whose tilt may follow a schedule.
+    /// A joint, whose tilt, load and rotation may follow schedules.
     Joint(Simulation),
     /// A small system.
     Small {
@@ -214,19 +221,19 @@ impl Motion {
         }
     }
 
-    /// Tilts the load to where its schedule is at the end of the run: the last frame still has the
-    /// tilt of its start.
-    fn hold_last_tilt(&mut self) -> Result<(), PipelineError> {
+    /// Takes tilt, load and rotation to where their schedules are at the end of the run: the last frame
+    /// still has those of its start.
+    fn hold_last_loading(&mut self) -> Result<(), PipelineError> {
         match self {
-            Self::Joint(simulation) => simulation.hold_last_tilt(),
+            Self::Joint(simulation) => simulation.hold_last_loading(),
             Self::Small { .. } => Ok(()),
         }
     }
 
-    /// The present tilt of the load, rad.
-    fn tilt(&self) -> Option<f64> {
+    /// What acts on the joint at present; `None` where there is none.
+    fn loading(&self) -> Option<Loading> {
         match self {
-            Self::Joint(simulation) => Some(simulation.tilt()),
+            Self::Joint(simulation) => Some(simulation.loading()),
             Self::Small { .. } => None,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{Embedding, Evidence};
 use crate::analysis::{AnalysisError, DelayChoice, DelaySearch, choose_delay};
-use crate::joint::{AssemblyError, BallJoint, Frequencies, JointSpec};
+use crate::joint::{AssemblyError, BallJoint, BodySpec, Frequencies, JointSpec};
 use crate::scene::{Parameter, Scene};
 use crate::study::response::{Response, ResponsePlan};
 use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
@@ -44,10 +44,12 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
     });
     let mut evidence = Evidence::new(responses);
     let mut own = spec.clone();
-    own.body.frequencies = Frequencies::FiniteElement;
+    if let BodySpec::BallOnBeam(body) = &mut own.body {
+        body.frequencies = Frequencies::FiniteElement;
+    }
     let ball = BallJoint::new(&own)?;
-    let modes = ball.body().modes().iter().zip(ball.frequencies_hz());
-    evidence.natural_frequencies = modes.map(|(mode, hz)| (mode.family_label(), *hz)).collect();
+    let modes = ball.family_labels().into_iter();
+    evidence.natural_frequencies = modes.zip(ball.frequencies_hz().iter().copied()).collect();
     let choice = evidence
         .at(EMBEDDED_AT)
         .and_then(|response| embedding(response)?.ok());

@@ -195,6 +195,7 @@ impl SweepPlan {
             scene: self.scene.name.clone(),
             starts: self.starts.iter().map(Start::to_string).collect(),
             text: self.scene.text.clone(),
+            modes: fingerprint(&self.scene),
             response: self.response,
             axes: axes.collect(),
         };
@@ -209,6 +210,9 @@ impl SweepPlan {
     pub fn of_identity(identity: &str) -> Result<Self, String> {
         let record: PlanRecord = toml::from_str(identity).map_err(|e| e.message().to_owned())?;
         let scene = Scene::parse(&record.scene, record.text).map_err(|e| e.to_string())?;
+        if fingerprint(&scene) != record.modes {
+            return Err("the file of modes has changed since".to_owned());
+        }
         let axes = record.axes.into_iter().map(|axis| {
             let parameter = Parameter::named(&axis.path).map_err(|e| e.to_string())?;
             Ok(Axis::new(parameter, axis.values))
@@ -227,6 +231,12 @@ impl SweepPlan {
     }
 }
 
+/// The fingerprint of the modes that a scene takes from a file.
+fn fingerprint(scene: &Scene) -> Option<String> {
+    let modes = scene.own_modes()?;
+    Some(format!("{:016x}", modes.fingerprint()))
+}
+
 /// A plan as a text.
 #[derive(Serialize, Deserialize)]
 struct PlanRecord {
@@ -234,6 +244,9 @@ struct PlanRecord {
     scene: String,
     starts: Vec<String>,
     text: String,
+    /// What the file of modes holds, if the scene takes its modes from one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    modes: Option<String>,
     response: ResponsePlan,
     axes: Vec<AxisRecord>,
 }

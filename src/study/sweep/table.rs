@@ -63,6 +63,16 @@ pub enum TableError {
         /// Why.
         source: io::Error,
     },
+    /// The file was taken away while points were added to it.
+    #[error(
+        "`{path}` was removed or moved while the sweep was running, and what comes now would be lost; run again into a folder that stays"
+    )]
+    Gone {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
 }
 
 /// A table that points are added to.
@@ -120,13 +130,19 @@ impl TableWriter {
     /// Adds a point; it is on its way to the disk when this returns.
     ///
     /// # Errors
-    /// [`TableError::Write`].
+    /// [`TableError::Write`], [`TableError::Gone`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
         let written = batch(&self.schema, point).and_then(|batch| {
             self.stream.write(&batch).map_err(unwrapped)?;
             self.stream.flush().map_err(unwrapped)
         });
         written.map_err(|source| TableError::Write {
+            path: self.path.clone(),
+            source,
+        })?;
+        // A file whose name is gone takes everything and keeps nothing.
+        let there = self.path.symlink_metadata();
+        there.map(drop).map_err(|source| TableError::Gone {
             path: self.path.clone(),
             source,
         })

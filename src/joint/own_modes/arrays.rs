@@ -1,0 +1,140 @@
+//! The arrays of a file by name, finite and of the shape that is due.
+
+use std::path::Path;
+
+use super::OwnModesError;
+use crate::numpy::{Array, Npz};
+
+/// An array of the layout.
+pub(super) struct Named {
+    /// Its name in the file.
+    pub name: &'static str,
+    /// What it holds, with shape and unit.
+    pub what: &'static str,
+}
+
+impl Named {
+    /// The error of another shape.
+    pub fn shape(&self, found: Vec<usize>, expected: Vec<usize>) -> OwnModesError {
+        OwnModesError::Shape {
+            array: self.name,
+            found,
+            expected,
+            what: self.what,
+        }
+    }
+
+    /// The error of its absence.
+    pub fn missing(&self) -> OwnModesError {
+        OwnModesError::Missing {
+            array: self.name,
+            what: self.what,
+        }
+    }
+
+    /// The error of its absence where another array asks for it.
+    pub fn incomplete(&self, given: &'static str) -> OwnModesError {
+        OwnModesError::Incomplete {
+            array: self.name,
+            given,
+            what: self.what,
+        }
+    }
+
+    /// Refuses values that are not above zero.
+    pub fn positive(&self, values: &[f64]) -> Result<(), OwnModesError> {
+        match values.iter().position(|value| *value <= 0.0) {
+            None => Ok(()),
+            Some(at) => Err(OwnModesError::NotPositive {
+                array: self.name,
+                at,
+                value: values[at],
+                what: self.what,
+            }),
+        }
+    }
+}
+
+/// An open file.
+pub(super) struct Arrays {
+    npz: Npz,
+}
+
+impl Arrays {
+    pub fn open(path: &Path) -> Result<Self, OwnModesError> {
+        Ok(Self {
+            npz: Npz::open(path)?,
+        })
+    }
+
+    /// An array that may be there; its values are finite.
+    pub fn find(&mut self, named: &Named) -> Result<Option<Array>, OwnModesError> {
+        let Some(array) = self.npz.array(named.name)? else {
+            return Ok(None);
+        };
+        let Some(at) = array.values.iter().position(|value| !value.is_finite()) else {
+            return Ok(Some(array));
+        };
+        // The index along each axis, the last of which changes fastest.
+        let mut rest = at;
+        let mut index: Vec<usize> = array
+            .shape
+            .iter()
+            .rev()
+            .map(|length| {
+                let along = rest % length;
+                rest /= length;
+                along
+            })
+            .collect();
+        index.reverse();
+        Err(OwnModesError::NotFinite {
+            array: named.name,
+            at: index,
+            value: array.values[at],
+        })
+    }
+
+    /// An array that must be there, along whose only axis there is something to count.
+    pub fn counted(&mut self, named: &Named, most: usize) -> Result<Vec<f64>, OwnModesError> {
+        let array = self.find(named)?.ok_or_else(|| named.missing())?;
+        match array.shape[..] {
+            [count] if (1..=most).contains(&count) => Ok(array.values),
+            _ => Err(OwnModesError::Count {
+                array: named.name,
+                found: array.shape,
+                most,
+            }),
+        }
+    }
+
+    /// An array that must be there, of a given shape.
+    pub fn need(&mut self, named: &Named, shape: &[usize]) -> Result<Vec<f64>, OwnModesError> {
+        let array = self.find(named)?.ok_or_else(|| named.missing())?;
+        of_shape(array, named, shape)
+    }
+
+    /// An array that must be there because another one is, of a given shape.
+    pub fn belonging(
+        &mut self,
+        named: &Named,
+        given: &'static str,
+        shape: &[usize],
+    ) -> Result<Vec<f64>, OwnModesError> {
+        let array = self.find(named)?.ok_or_else(|| named.incomplete(given))?;
+        of_shape(array, named, shape)
+    }
+}
+
+/// The values of an array, if it has the shape.
+pub(super) fn of_shape(
+    array: Array,
+    named: &Named,
+    shape: &[usize],
+) -> Result<Vec<f64>, OwnModesError> {
+    if array.shape == shape {
+        Ok(array.values)
+    } else {
+        Err(named.shape(array.shape, shape.to_vec()))
+    }
+}

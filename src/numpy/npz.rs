@@ -1,0 +1,273 @@
+//! Named arrays in one `.npz` file.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, Write};
+use std::path::Path;
+
+use npyz::WriterBuilder;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use super::{Array, ArrayProblem, RawArray};
+
+/// The largest array that is read, bytes: far above a sparse mass matrix, far below what a few
+/// bytes of a compressed file can claim to be.
+const LARGEST: u64 = 1 << 30;
+
+/// Why named arrays cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NpzError {
+    /// There is no such file, or it cannot be read.
+    #[error("the file cannot be read ({0}); check its path and its permissions")]
+    Unreadable(io::Error),
+    /// It is no archive of arrays.
+    #[error("it is no .npz file ({0}); write it with numpy.savez")]
+    NotNpz(String),
+    /// One of the arrays cannot be read.
+    #[error("the array `{name}` cannot be read: {problem}")]
+    Array {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        problem: ArrayProblem,
+    },
+}
+
+/// An open `.npz` file, whose arrays are read one by one.
+#[derive(Debug)]
+pub struct Npz {
+    zip: ZipArchive<BufReader<File>>,
+}
+
+impl Npz {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no archive.
+    pub fn open(path: &Path) -> Result<Self, NpzError> {
+        // A pipe would wait for ever, and a directory opens without complaint.
+        let file = match std::fs::metadata(path).map_err(NpzError::Unreadable)? {
+            meta if meta.is_file() => File::open(path).map_err(NpzError::Unreadable)?,
+            _ => return Err(NpzError::NotNpz("it is no regular file".to_owned())),
+        };
+        let zip = ZipArchive::new(BufReader::new(file));
+        Ok(Self {
+            zip: zip.map_err(|error| NpzError::NotNpz(error.to_string()))?,
+        })
+    }
+
+    /// The names of its arrays, in the order of the file.
+    pub fn names(&self) -> Vec<String> {
+        let entries = self.zip.file_names();
+        entries
+            .filter_map(|entry| Some(entry.ok()?.strip_suffix(".npy")?.to_owned()))
+            .collect()
+    }
+
+    /// The array of a name, if there is one.
+    ///
+    /// # Errors
+    /// If it cannot be read, or holds something else than real numbers.
+    pub fn array(&mut self, name: &str) -> Result<Option<Array>, NpzError> {
+        let failed = |problem| NpzError::Array {
+            name: name.to_owned(),
+            problem,
+        };
+        let damaged = |error: String| failed(ArrayProblem::Damaged(error));
+        let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
+            return Ok(None);
+        };
+        let entry = self.zip.by_index(index);
+        let entry = entry.map_err(|error| damaged(error.to_string()))?;
+        let mut bytes = Vec::new();
+        let read = entry.take(LARGEST + 1).read_to_end(&mut bytes);
+        read.map_err(|error| damaged(error.to_string()))?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(damaged(format!("it is larger than {LARGEST} bytes")));
+        }
+        let array = RawArray::decode(&bytes).map_err(failed)?;
+        Ok(Some(array.into_row_major()))
+    }
+}
+
+/// Reads all arrays of an `.npz` file.
+///
+/// # Errors
+/// If the file cannot be read, or an array holds something else than real numbers.
+pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, NpzError> {
+    let mut npz = Npz::open(path)?;
+    let mut arrays = BTreeMap::new();
+    for name in npz.names() {
+        if let Some(array) = npz.array(&name)? {
+            arrays.insert(name, array);
+        }
+    }
+    Ok(arrays)
+}
+
+/// Writes arrays under their names. The same arrays give the same bytes.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn encode_npz(out: impl Write + Seek, arrays: &[(&str, Array)]) -> io::Result<()> {
+    let mut npz = NpzWriter::new(out);
+    for (name, array) in arrays {
+        npz.array(name, &array.shape, array.values.iter().map(|x| Ok(*x)))?;
+    }
+    npz.finish()
+}
+
+/// Writes arrays one after another.
+pub(crate) struct NpzWriter<W: Write + Seek> {
+    zip: ZipWriter<W>,
+}
+
+impl<W: Write + Seek> NpzWriter<W> {
+    pub fn new(out: W) -> Self {
+        Self {
+            zip: ZipWriter::new(out),
+        }
+    }
+
+    /// An array of some shape, its numbers in row-major order.
+    pub fn array(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        values: impl Iterator<Item = io::Result<f64>>,
+    ) -> io::Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(true);
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
+        let mut writer = npyz::WriteOptions::new()
+            .default_dtype()
+            .shape(&shape)
+            .writer(&mut self.zip)
+            .begin_nd()?;
+        for value in values {
+            writer.push(&value?)?;
+        }
+        writer.finish()
+    }
+
+    pub fn finish(self) -> io::Result<()> {
+        self.zip.finish()?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use npyz::{AutoSerialize, Order, WriteOptions};
+
+    use super::*;
+
+    /// The bytes of an array.
+    fn npy<T: AutoSerialize>(
+        order: Order,
+        shape: &[u64],
+        values: impl IntoIterator<Item = T>,
+    ) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut writer = WriteOptions::new()
+            .default_dtype()
+            .order(order)
+            .shape(shape)
+            .writer(&mut bytes)
+            .begin_nd()
+            .unwrap();
+        writer.extend(values).unwrap();
+        writer.finish().unwrap();
+        bytes.into_inner()
+    }
+
+    /// The same bytes under the name of another type of the same length.
+    fn retyped(mut bytes: Vec<u8>, to: &[u8; 3]) -> Vec<u8> {
+        let at = bytes.windows(7).position(|w| w == b"'descr'").unwrap() + 10;
+        bytes[at..at + 3].copy_from_slice(to);
+        bytes
+    }
+
+    /// A file with the given entries, compressed.
+    fn file(entries: &[(&str, Vec<u8>)]) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let mut zip = ZipWriter::new(file.as_file());
+        for (name, bytes) in entries {
+            let options =
+                SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+            zip.start_file(*name, options).unwrap();
+            zip.write_all(bytes).unwrap();
+        }
+        zip.finish().unwrap();
+        file
+    }
+
+    #[test]
+    fn other_programs_arrays_are_read_in_row_major_order() {
+        // The rows 0 1 2 and 3 4 5, column by column.
+        let columns = [0.0, 3.0, 1.0, 4.0, 2.0, 5.0];
+        let singles = columns.map(|x| f32::from_bits((x as f32).to_bits().swap_bytes()));
+        let file = file(&[
+            ("double.npy", npy::<f64>(Order::Fortran, &[2, 3], columns)),
+            (
+                "single.npy",
+                retyped(npy(Order::Fortran, &[2, 3], singles), b">f4"),
+            ),
+            ("whole.npy", npy(Order::C, &[2, 3], 0..6_i64)),
+            ("notes.txt", b"hello".to_vec()),
+        ]);
+        let arrays = read_npz(file.path()).unwrap();
+        let expected = Array::matrix(2, (0..6).map(f64::from).collect());
+        assert_eq!(arrays.len(), 3);
+        for (name, array) in arrays {
+            assert_eq!(array, expected, "{name}");
+        }
+        // Three axes, the first changing fastest.
+        let raw = RawArray {
+            shape: vec![2, 2, 3],
+            fortran: true,
+            values: (0..12).map(f64::from).collect(),
+            rounding: 0.0,
+        };
+        let rows = [0.0, 4.0, 8.0, 2.0, 6.0, 10.0, 1.0, 5.0, 9.0, 3.0, 7.0, 11.0];
+        assert_eq!(raw.into_row_major().values, rows);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |path: &Path| read_npz(path).unwrap_err().to_string();
+        assert!(refused(&folder.path().join("none.npz")).contains("check its path"));
+        assert!(refused(folder.path()).contains("no regular file"));
+        let plain = folder.path().join("plain.npz");
+        std::fs::write(&plain, b"not a zip").unwrap();
+        assert!(refused(&plain).contains("numpy.savez"));
+        let mut cut = npy(Order::C, &[3], [1.0, 2.0, 3.0]);
+        cut.pop();
+        let said = refused(file(&[("short.npy", cut)]).path());
+        assert!(
+            said.contains("`short`") && said.contains("23 bytes where 24"),
+            "{said}"
+        );
+        let words = || retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<U2");
+        let said = refused(file(&[("words.npy", words())]).path());
+        assert!(
+            said.contains("`words`") && said.contains("save real numbers"),
+            "{said}"
+        );
+        // What is not asked for is not looked at.
+        let both = file(&[
+            ("words.npy", words()),
+            ("x.npy", npy(Order::C, &[1], [2.0])),
+        ]);
+        let mut npz = Npz::open(both.path()).unwrap();
+        assert_eq!(npz.array("x").unwrap(), Some(Array::vector(vec![2.0])));
+        assert_eq!(npz.array("y").unwrap(), None);
+    }
+}

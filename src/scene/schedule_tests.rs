@@ -1,0 +1,439 @@
+//! Tilt, load and rotation as functions of time: what is read, and what is refused with which words.
+
+use std::fs;
+
+use super::keys::{ALL, is_of_a_schedule, split};
+use super::*;
+
+/// A scene with the given lines on load, tilt and rotation.
+fn text(lines: &str) -> String {
+    let given = |key: &str| lines.lines().any(|line| line.starts_with(key));
+    let load = if given("load.load") {
+        ""
+    } else {
+        "load.load_n = 150\n"
+    };
+    let tilt = if given("load.tilt") {
+        ""
+    } else {
+        "load.tilt_deg = 2\n"
+    };
+    format!("{lines}\n{load}{tilt}time.duration_ms = 10\n")
+}
+
+fn joint(lines: &str) -> TiltedJoint {
+    let scene = Scene::parse("mine.toml", text(lines)).unwrap_or_else(|error| panic!("{error}"));
+    scene.joint().expect("a joint").clone()
+}
+
+fn refusal(lines: &str) -> String {
+    let refused = Scene::parse("mine.toml", text(lines));
+    refused.expect_err("must be refused").to_string()
+}
+
+/// A scene file in a folder, with another file beside it.
+fn beside(
+    name: &str,
+    content: &str,
+    lines: &str,
+) -> (tempfile::TempDir, Result<Scene, SceneError>) {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    fs::write(folder.path().join(name), content).expect("written");
+    let path = folder.path().join("mine.toml");
+    fs::write(&path, text(lines)).expect("written");
+    let scene = Scene::load(path.to_str().expect("UTF-8"));
+    (folder, scene)
+}
+
+#[test]
+fn each_quantity_takes_each_form() {
+    let knots = joint(
+        "load.load = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
+         load.tilt = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]\n\
+         rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 4, factor = 3 }]",
+    );
+    let at = knots.loading(1e-3);
+    assert_eq!((at.load, at.rotation_factor), (125.0, 1.5));
+    assert!((at.tilt.to_degrees() - 1.0).abs() < 1e-12);
+    let whole = std::f64::consts::FRAC_1_SQRT_2;
+    assert_eq!(at.rotation, [1.5 * whole, 1.5 * whole, 0.0]);
+    assert_eq!(knots.load_span(), [100.0, 200.0]);
+    assert_eq!(knots.rotation_span(), [1.0, 3.0]);
+    assert_eq!(knots.jumps(), [0.0; 0]);
+
+    let steps = joint(
+        "load.load_steps = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
+         load.tilt_steps = [{ time_ms = 1, tilt_deg = 0 }, { time_ms = 3, tilt_deg = 4 }]\n\
+         rotation.factor_steps = [{ time_ms = 0, factor = 1 }, { time_ms = 4, factor = 3 }]",
+    );
+    let at = |ms: f64| steps.loading(ms / 1e3);
+    assert_eq!((at(3.9).load, at(4.0).load), (100.0, 200.0));
+    assert_eq!((at(0.0).tilt, at(3.0).tilt), (0.0, 4f64.to_radians()));
+    assert_eq!(
+        (at(3.9).rotation_factor, at(4.0).rotation_factor),
+        (1.0, 3.0)
+    );
+    assert_eq!(
+        steps.jumps(),
+        [0.003, 0.004],
+        "those of load and rotation are one"
+    );
+
+    let sines = joint(
+        "load.load_sine = { mean_n = 150, amplitude_n = 50, frequency_hz = 25, phase_deg = 90 }\n\
+         load.tilt_sine = { mean_deg = 3, amplitude_deg = 1, frequency_hz = 25 }\n\
+         rotation.factor_sine = { mean = 2, amplitude = 0.5, frequency_hz = 25, phase_deg = -90 }",
+    );
+    let at = sines.loading(0.0);
+    assert_eq!(
+        (at.load, at.tilt, at.rotation_factor),
+        (200.0, 3f64.to_radians(), 1.5)
+    );
+    let later = sines.loading(10e-3);
+    assert!((later.load - 150.0).abs() < 1e-12 && (later.rotation_factor - 2.0).abs() < 1e-12);
+    assert!((later.tilt - 4f64.to_radians()).abs() < 1e-15);
+}
+
+/// Whoever holds a joint at its start needs nothing but its parameters.
+#[test]
+fn the_parameters_are_those_of_the_start() {
+    let sines = joint(
+        "load.load_sine = { mean_n = 150, amplitude_n = 50, frequency_hz = 25, phase_deg = 90 }\n\
+         rotation.rad_s = [0, 2, 0]\n\
+         rotation.factor_steps = [{ time_ms = 1, factor = 0.5 }, { time_ms = 2, factor = 3 }]",
+    );
+    assert_eq!(
+        (sines.spec.load, sines.spec.rotation),
+        (200.0, [0.0, 1.0, 0.0])
+    );
+    let held = sines.held_at_first();
+    let words = "load 200 N, rotation 0.5 times that of rotation.rad_s";
+    assert_eq!(held.words().as_deref(), Some(words));
+    let constant = joint("load.load_steps = [{ time_ms = 0, load_n = 100 }]");
+    assert_eq!(constant.held_at_first(), Held::default());
+    assert_eq!(constant.held_at_first().words(), None);
+    let ramp = Scene::load("tilt-ramp").expect("preset");
+    let held = ramp.joint().expect("a joint").held_at_first();
+    assert_eq!(held.words().as_deref(), Some("tilt 0 deg"));
+}
+
+#[test]
+fn a_quantity_is_given_once() {
+    let cases = [
+        (
+            "load.tilt_deg = 1\nload.tilt_sine = { mean_deg = 3, amplitude_deg = 1, frequency_hz = 25 }",
+            ":2: `load.tilt_sine`: the tilt is given twice; keep one of load.tilt_deg and load.tilt_sine",
+        ),
+        (
+            "load.load_csv = \"a.csv\"\nload.load_n = 3",
+            ":2: `load.load_csv`: the load is given twice; keep one of load.load_n and load.load_csv",
+        ),
+        (
+            "rotation.factor = [{ time_ms = 0, factor = 1 }]\n\
+             rotation.factor_steps = [{ time_ms = 0, factor = 1 }]",
+            ":2: `rotation.factor_steps`: the rotation is given twice",
+        ),
+    ];
+    for (lines, expected) in cases {
+        let message = refusal(lines);
+        assert!(
+            message.starts_with(&format!("mine.toml{expected}")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn what_a_function_would_reach_must_be_allowed() {
+    let cases = [
+        (
+            "load.load_sine = { mean_n = 150, amplitude_n = 150, frequency_hz = 25 }",
+            ":1: `load.load_sine.amplitude_n`: the load would reach 0; reduce it: the load must be a number above 0, at most 1000000 N",
+        ),
+        (
+            "load.tilt_sine = { mean_deg = 80, amplitude_deg = 10.5, frequency_hz = 25 }",
+            ":1: `load.tilt_sine.amplitude_deg`: the tilt would reach 90.5; reduce it",
+        ),
+        (
+            "rotation.factor_sine = { mean = 1, amplitude = 1.5, frequency_hz = 25 }",
+            ":1: `rotation.factor_sine.amplitude`: the rotation would reach -0.5; reduce it",
+        ),
+        (
+            "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 1, load_n = 0 }]",
+            ":1: `load.load_steps.load_n` = 0 is out of range",
+        ),
+        (
+            "rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = 0 }]",
+            ":1: `rotation.factor.factor` = 0 is out of range; it must be a number above 0",
+        ),
+        (
+            "rotation.rad_s = [0, 20, 0]\nrotation.factor = [{ time_ms = 0, factor = 600 }]",
+            ":2: `rotation.rad_s`: with its factor a component would reach 12000 rad/s",
+        ),
+        (
+            "rotation.rad_s = [0, 0, 1]\n\
+             load.tilt_sine = { mean_deg = 1, amplitude_deg = 2, frequency_hz = 25 }",
+            ":2: `rotation.rad_s`: at a tilt of 0.000 deg the load lies along the axis",
+        ),
+    ];
+    for (lines, expected) in cases {
+        let message = refusal(lines);
+        assert!(
+            message.starts_with(&format!("mine.toml{expected}")),
+            "{message}"
+        );
+    }
+    // At the very ends.
+    joint("load.tilt_sine = { mean_deg = 80, amplitude_deg = 10, frequency_hz = 25 }");
+    joint("load.load_sine = { mean_n = 150, amplitude_n = 149.99, frequency_hz = 25 }");
+}
+
+/// A frame is 256 samples of 200 kHz: 1.28 ms, so that 20 of them are the period of 39.0625 Hz.
+#[test]
+fn a_sine_faster_than_the_frames_is_refused() {
+    let sine = |frequency: f64| {
+        format!(
+            "load.tilt_sine = {{ mean_deg = 3, amplitude_deg = 1, frequency_hz = {frequency} }}"
+        )
+    };
+    joint(&sine(39.0625));
+    let message = refusal(&sine(39.1));
+    let expected = "mine.toml:1: `load.tilt_sine.frequency_hz`: the tilt is looked at once a frame, every \
+                    1.28 ms, which is too rare for 39.1 Hz; make it at most 39.062 Hz, or \
+                    time.frame_samples smaller";
+    assert_eq!(message, expected);
+    joint(&format!("{}\ntime.frame_samples = 128", sine(78.0)));
+}
+
+#[test]
+fn points_out_of_order_are_told_at_their_line() {
+    let lines =
+        "load.load_steps = [\n  { time_ms = 1, load_n = 1 },\n  { time_ms = 1, load_n = 2 }]";
+    let message = refusal(lines);
+    let expected =
+        "mine.toml:3: `load.load_steps.time_ms`: this time is not later than the one before";
+    assert!(message.starts_with(expected), "{message}");
+}
+
+/// Every number of a function of time is refused when it is not finite, by its own name.
+#[test]
+fn no_number_of_a_function_is_infinite() {
+    let numbers = || ALL.iter().filter(|key| is_of_a_schedule(key.path()));
+    assert_eq!(numbers().count(), 3 * (2 + 2 + 4));
+    for key in numbers() {
+        let (table, name) = split(key.path());
+        let is_list = ALL.iter().any(|key| key.path() == table);
+        for value in ["nan", "inf", "-inf"] {
+            let mates = numbers().filter(|mate| split(mate.path()).0 == table);
+            let fields: Vec<String> = mates
+                .map(|mate| match split(mate.path()).1 {
+                    mate if mate == name => format!("{name} = {value}"),
+                    mate => format!("{mate} = 0.5"),
+                })
+                .collect();
+            let fields = fields.join(", ");
+            let message = refusal(&match is_list {
+                true => format!("{table} = [{{ {fields} }}]"),
+                false => format!("{table} = {{ {fields} }}"),
+            });
+            let expected = format!("mine.toml:1: `{}` = {value} is out of range", key.path());
+            assert!(message.starts_with(&expected), "{message}");
+        }
+    }
+}
+
+#[test]
+fn tables_come_from_files_beside_the_scene() {
+    let csv = "# made up\r\ntime_ms, tilt_deg\r\n\r\n0, 0.1\r\n2.5, 3e0 # the top\r\n4,-1\r\n";
+    let (_folder, scene) = beside("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
+    let scene = scene.expect("valid");
+    let knots = [(0.0, 0.1), (2.5, 3.0), (4.0, -1.0)];
+    let si = knots.map(|(ms, deg): (f64, f64)| (ms / 1e3, deg.to_radians()));
+    let tilt = Schedule::through(si.to_vec()).expect("rising times");
+    assert_eq!(scene.joint().expect("a joint").tilt, tilt);
+
+    // The text says it all by itself, so that it can be read again where there is no file.
+    assert!(!scene.text.contains("tilt_csv"), "{}", scene.text);
+    assert!(
+        scene
+            .text
+            .ends_with("# load.tilt was read from \"tilt.csv\"\n"),
+        "{}",
+        scene.text
+    );
+    let again = Scene::parse("mine.toml", &scene.text).expect("valid");
+    assert_eq!(again.subject, scene.subject);
+    let stiffness = Parameter::named("stiffness_factor").expect("a number");
+    let stiffer = scene.with_values(&[(stiffness, 2.0)]).expect("valid");
+    assert_eq!(stiffer.joint().expect("a joint").tilt, tilt);
+    let level = scene
+        .with_values(&[(Parameter::tilt(), 2.0)])
+        .expect("valid");
+    assert!(!level.joint().expect("a joint").tilt.varies());
+}
+
+#[test]
+fn load_and_rotation_come_from_files_as_well() {
+    let (_folder, scene) = beside(
+        "f.csv",
+        "time_ms,factor\n0,1\n9,2",
+        "rotation.factor_csv = \"f.csv\"",
+    );
+    let scene = scene.expect("valid");
+    assert_eq!(scene.joint().expect("a joint").rotation_span(), [1.0, 2.0]);
+    assert!(
+        scene
+            .text
+            .contains("rotation.factor = [{ time_ms = 0, factor = 1 }"),
+        "{}",
+        scene.text
+    );
+    let (_folder, scene) = beside(
+        "l.csv",
+        "\u{feff}time_ms,load_n\n0,100\n9,200",
+        "load.load_csv = \"l.csv\"",
+    );
+    assert_eq!(
+        scene.expect("valid").joint().expect("a joint").load_span(),
+        [100.0, 200.0]
+    );
+}
+
+#[test]
+fn a_faulty_file_is_told_by_its_name_and_line() {
+    let many: String = (0..=10_000).map(|k| format!("{k},1\n")).collect();
+    let cases = [
+        (
+            "time_ms,tilt\n0,1\n",
+            "1: `load.tilt_csv`: the columns are not named as they should be; begin with the line `time_ms,tilt_deg`",
+        ),
+        ("", "1: `load.tilt_csv`: the columns"),
+        ("time_ms;tilt_deg\n0;1\n", "1: `load.tilt_csv`: the columns"),
+        (
+            "time_ms,tilt_deg\n\n# none\n",
+            "3: `load.tilt_csv`: there is no knot",
+        ),
+        (
+            "time_ms,tilt_deg\n0,1\n1,2,3\n",
+            "3: `load.tilt_csv`: the line has 3 fields; make them two",
+        ),
+        (
+            "time_ms,tilt_deg\n0,1\n1\n",
+            "3: `load.tilt_csv`: the line has 1 fields",
+        ),
+        (
+            "time_ms,tilt_deg\n0,one\n",
+            "2: `load.tilt.tilt_deg` is `one`; it must be a number from -90 to 90 deg",
+        ),
+        ("time_ms,tilt_deg\n0,\n", "2: `load.tilt.tilt_deg` is ``"),
+        (
+            "time_ms,tilt_deg\n0,91\n",
+            "2: `load.tilt.tilt_deg` = `91` is out of range",
+        ),
+        (
+            "time_ms,tilt_deg\n0,nan\n",
+            "2: `load.tilt.tilt_deg` = `nan` is out of range",
+        ),
+        (
+            "time_ms,tilt_deg\n-1,0\n",
+            "2: `load.tilt.time_ms` = `-1` is out of range",
+        ),
+        (
+            "time_ms,tilt_deg\n1,0\n# again\n1,0\n",
+            "4: `load.tilt.time_ms`: this time is not later",
+        ),
+    ];
+    for (csv, expected) in cases {
+        let (folder, scene) = beside("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
+        let message = scene.expect_err("refused").to_string();
+        let place = folder.path().join("tilt.csv").display().to_string();
+        assert!(
+            message.starts_with(&format!("{place}:{expected}")),
+            "{message}"
+        );
+    }
+    let full = format!("time_ms,tilt_deg\n{many}");
+    let (_folder, scene) = beside("tilt.csv", &full, "load.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("refused").to_string();
+    assert!(
+        message.contains(".csv:10002: `load.tilt_csv`: there are more than 10000 knots"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_told_where_it_is_named() {
+    let (_folder, scene) = beside("other.csv", "", "\nload.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("refused").to_string();
+    assert!(
+        message.contains("mine.toml:2: `load.tilt_csv`: the file `"),
+        "{message}"
+    );
+    assert!(message.contains("cannot be read"), "{message}");
+    let message = refusal("load.tilt_csv = \"/dev/zero\"");
+    #[cfg(unix)]
+    assert!(message.contains("is larger than"), "{message}");
+    #[cfg(not(unix))]
+    assert!(message.contains("cannot be read"), "{message}");
+}
+
+#[test]
+fn studies_vary_no_function_of_time() {
+    let lines = "load.load = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
+                 rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 4, factor = 3 }]";
+    let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
+    for (name, word) in [("load.load_n", "load"), ("rotation.rad_s", "rotation")] {
+        let parameter = Parameter::named(name).expect("a number");
+        let message = scene
+            .with_values(&[(parameter, 1.0)])
+            .expect_err("refused")
+            .to_string();
+        let expected = format!(
+            "override of scene mine: `{name}`: the {word} of this scene is a function of time"
+        );
+        assert!(message.starts_with(&expected), "{message}");
+    }
+    for name in [
+        "load.tilt_sine.mean_deg",
+        "load.load.time_ms",
+        "rotation.factor_steps.factor",
+    ] {
+        let message = Parameter::named(name)
+            .expect_err("no parameter")
+            .to_string();
+        assert!(
+            message.contains("is no single number that holds for a whole run"),
+            "{message}"
+        );
+    }
+    assert_eq!(
+        Parameter::named("load_n").expect("its own").path(),
+        "load.load_n"
+    );
+}
+
+#[test]
+fn a_tilt_takes_the_place_of_each_form() {
+    for form in [
+        "load.tilt = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]",
+        "load.tilt_steps = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]",
+        "load.tilt_sine = { mean_deg = 3, amplitude_deg = 1, frequency_hz = 25 }",
+    ] {
+        let scene = Scene::parse("mine.toml", text(form)).expect("valid");
+        let level = scene
+            .with_values(&[(Parameter::tilt(), 2.0)])
+            .expect("valid");
+        let tilt = &level.joint().expect("a joint").tilt;
+        assert_eq!(*tilt, Schedule::constant(2f64.to_radians()), "{form}");
+    }
+}
+
+#[test]
+fn changes_after_the_end_are_warned_of() {
+    let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 12, load_n = 2 }]\n\
+                 rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
+    let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
+    let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
+    let expected = "the run ends at 10 ms, before the last change of the load at 12 ms";
+    assert_eq!(warnings, [expected]);
+}

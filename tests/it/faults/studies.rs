@@ -1,0 +1,284 @@
+//! Faults of the studies: the tables of some grow as they go on, everything else is written at the end.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use super::{DEADLINE, Running, desk, names, on_a_small_disk, size, squeakscope, until};
+
+fn study(folder: &Path, words: &[&str]) -> Command {
+    let mut command = squeakscope();
+    command.current_dir(folder).args(words);
+    command
+}
+
+/// A sweep of five points: a table of 240 kB, a recording of 820 kB.
+const SWEEP: [&str; 13] = [
+    "sweep",
+    "torus-3deg",
+    "--tilt",
+    "1:3:0.5",
+    "--start",
+    "cold",
+    "--most",
+    "50",
+    "--measure",
+    "20",
+    "--out",
+    "s.arrow",
+    "--save=s.rrd",
+];
+
+/// What is missing is done by `--resume`, and then all is as if nothing had happened.
+#[track_caller]
+fn goes_on(folder: &Path) {
+    let resume = [&SWEEP[..], &["--resume"]].concat();
+    Running::start(study(folder, &resume)).end().said(0, &[]);
+    let (whole, _) = desk();
+    Running::start(study(whole.path(), &SWEEP))
+        .end()
+        .said(0, &[]);
+    for table in ["s.arrow", "s.csv"] {
+        let read = |folder: &Path| std::fs::read(folder.join(table)).expect("written");
+        assert!(read(folder) == read(whole.path()), "{table} is another one");
+    }
+}
+
+#[test]
+fn a_disk_that_is_full_for_a_recording_keeps_the_table() {
+    let (folder, _) = desk();
+    let ended = on_a_small_disk(500_000, &study(folder.path(), &SWEEP)).end();
+    ended.said(
+        1,
+        &[
+            "cannot go on writing the recording",
+            "File too large",
+            "s.rrd.part",
+        ],
+    );
+    assert_eq!(names(folder.path()), ["s.arrow", "s.csv", "s.rrd.part"]);
+    goes_on(folder.path());
+}
+
+#[test]
+fn a_disk_that_is_full_for_a_table_keeps_its_points() {
+    let (folder, _) = desk();
+    let ended = on_a_small_disk(150_000, &study(folder.path(), &SWEEP)).end();
+    ended.said(1, &["s.arrow", "--resume goes on", "File too large"]);
+    assert_eq!(names(folder.path()), ["s.arrow", "s.csv"]);
+    goes_on(folder.path());
+}
+
+#[test]
+fn a_sweep_that_is_killed_keeps_its_points() {
+    let (folder, _) = desk();
+    let running = Running::start(study(folder.path(), &SWEEP));
+    until("a point", || size(&folder.path().join("s.arrow")) > 50_000);
+    running.signal("KILL");
+    running.end();
+    goes_on(folder.path());
+}
+
+/// What a study has found is told, whether it can be written or not.
+#[test]
+fn a_disk_that_is_full_at_the_end_of_a_study_is_told_with_what_was_found() {
+    let studies: [(&[&str], u64, &str); 2] = [
+        (
+            &[
+                "cost",
+                "impact-oscillator",
+                "--only",
+                "integrator",
+                "--repeats",
+                "1",
+                "--horizon",
+                "1",
+                "--json",
+                "out.json",
+            ],
+            4_000,
+            "the cheapest setting",
+        ),
+        (
+            &[
+                "lyapunov",
+                "impact-oscillator",
+                "--until",
+                "1",
+                "--csv",
+                "out.csv",
+                "--json",
+                "out.json",
+            ],
+            100,
+            "averaged",
+        ),
+    ];
+    for (words, bytes, told) in studies {
+        let (folder, _) = desk();
+        let program = study(folder.path(), words);
+        let ended = on_a_small_disk(bytes, &program).end();
+        ended.said(1, &["File too large"]);
+        assert!(ended.stdout.contains(told), "{words:?}: {}", ended.stdout);
+    }
+}
+
+/// Points go into a file that has no name any more: hours of them would be lost at the end.
+#[test]
+fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
+    let studies: [(&[&str], &str, &str); 2] = [
+        (
+            &[
+                "sweep",
+                "torus-3deg",
+                "--tilt",
+                "1:8:0.01",
+                "--most",
+                "50",
+                "--measure",
+                "20",
+                "--out",
+                "results/s.arrow",
+            ],
+            "s.arrow",
+            "s.arrow` was removed or moved",
+        ),
+        (
+            &["calibrate", "--out", "results/c.jsonl"],
+            "c.jsonl",
+            "c.jsonl` failed",
+        ),
+    ];
+    for (words, table, told) in studies {
+        let (folder, _) = desk();
+        let results = folder.path().join("results");
+        std::fs::create_dir(&results).expect("made");
+        let running = Running::start(study(folder.path(), words));
+        let table = results.join(table);
+        until("a table", || size(&table) > 0);
+        // Points come to it now, and it is no longer being put in its place.
+        let begun = size(&table);
+        until("a point", || size(&table) > begun);
+        std::fs::remove_dir_all(&results).expect("removed");
+        running.end().said(1, &[told, "No such file"]);
+    }
+}
+
+/// The commands that take long, with all that they write.
+const LONG: [&[&str]; 7] = [
+    &[
+        "lyapunov",
+        "chaos-5deg",
+        "--until",
+        "1000",
+        "--csv",
+        "l.csv",
+        "--png",
+        "l.png",
+    ],
+    &[
+        "sweep",
+        "torus-3deg",
+        "--tilt",
+        "1:8:0.01",
+        "--most",
+        "50",
+        "--measure",
+        "20",
+        "--save",
+        "s.rrd",
+        "--figures",
+        "figures",
+    ],
+    &[
+        "basins",
+        "torus-3deg",
+        "--kicks",
+        "1000",
+        "--most",
+        "50",
+        "--measure",
+        "20",
+        "--save",
+        "b.rrd",
+        "--figures",
+        "figures",
+    ],
+    &["cost", "chaos-5deg", "--repeats", "1", "--page", "page.md"],
+    &[
+        "growth",
+        "chaos-5deg",
+        "--repeats",
+        "1",
+        "--page",
+        "page.md",
+    ],
+    &["calibrate", "--best", "best.toml"],
+    &["paper"],
+];
+
+/// All files below a folder.
+fn files(folder: &Path) -> Vec<std::path::PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("folder");
+    let paths = entries.map(|entry| entry.expect("entry").path());
+    paths
+        .flat_map(|path| match path.is_dir() {
+            true => files(&path),
+            false => vec![path],
+        })
+        .collect()
+}
+
+/// Every command that takes long can be interrupted, says so, and leaves nothing half done.
+#[test]
+fn every_long_command_can_be_interrupted() {
+    for (signal, moment) in [("INT", 300), ("TERM", 1500)] {
+        for words in LONG {
+            let (folder, _) = desk();
+            let words = [words, &["--json", "out.json"]].concat();
+            let running = Running::start(study(folder.path(), &words));
+            std::thread::sleep(Duration::from_millis(moment));
+            running.signal_alone(signal);
+            let sent = Instant::now();
+            let ended = running.end();
+            println!("{}: {:?} after {signal}", words[0], sent.elapsed());
+            ended.said(130, &["interrupted"]);
+            for file in files(folder.path()) {
+                let name = file.display().to_string();
+                assert!(!name.contains(".part") && size(&file) > 0, "{name}");
+                if name.ends_with(".json") {
+                    let text = std::fs::read(&file).expect("there");
+                    let _: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+                }
+            }
+        }
+    }
+}
+
+/// A run in a process of its own ends with the study, and leaves nothing behind.
+#[test]
+fn growth_ends_the_run_that_it_has_started() {
+    let (folder, _) = desk();
+    let aside = folder.path().join("aside");
+    std::fs::create_dir(&aside).expect("made");
+    for (signal, to_all) in [("INT", true), ("TERM", false)] {
+        let words = ["growth", "impact-oscillator", "--repeats", "1"];
+        let mut command = study(folder.path(), &words);
+        command.env("TMPDIR", &aside);
+        let running = Running::start(command);
+        until("a run", || {
+            files(&aside)
+                .iter()
+                .any(|file| file.ends_with("run.rrd.part"))
+        });
+        match to_all {
+            true => running.signal(signal),
+            false => running.signal_alone(signal),
+        }
+        let ended = running.end();
+        assert!(ended.took < DEADLINE / 2, "{:?}", ended.took);
+        ended.said(130, &["interrupted; what was reached"]);
+        assert!(ended.stdout.contains("recurrence plot"), "{}", ended.stdout);
+        assert!(names(&aside).is_empty(), "{:?}", names(&aside));
+    }
+}
