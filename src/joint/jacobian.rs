@@ -79,26 +79,47 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; K]; M];
         let sums = &mut sums[..modes];
+        // Told once, so that it is not asked for at every row again.
+        assert!(first + K <= width);
         let (dq, dv) = vectors.split_at(modes * width);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..modes];
             for part in 0..parts::<S>() {
+                if AXES == 0 {
+                    let stiffness = NodeSlopes::load_stiffness(simd, kept, block, part);
+                    let mut u_r = [zero; K];
+                    for (i, row) in rows.iter().enumerate() {
+                        let r = row.r.part(simd, part);
+                        let dq = &dq[i * width + first..][..K];
+                        for l in 0..K {
+                            u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+                        }
+                    }
+                    for l in 0..K {
+                        u_r[l] = stiffness * u_r[l];
+                    }
+                    for (sums, row) in sums.iter_mut().zip(rows) {
+                        let r = row.r.part(simd, part);
+                        for l in 0..K {
+                            sums[l] = r.mul_add(u_r[l], sums[l]);
+                        }
+                    }
+                    continue;
+                }
                 // The changes of the displacement and of the slip velocity at the nodes.
                 let mut u_r = [zero; K];
                 let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
-                for (i, row) in rows.iter().enumerate() {
+                let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
+                for (row, (dq, dv)) in rows.iter().zip(tangents) {
                     let [s, t, r] = row.part(simd, part);
-                    let dq = &dq[i * width + first..][..K];
-                    let dv = &dv[i * width + first..][..K];
+                    let (dq, dv) = (&dq[first..][..K], &dv[first..][..K]);
                     for l in 0..K {
                         u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
-                        if AXES > 0 {
-                            let v = Vector::splat(simd, dv[l]);
-                            along[l] = s.mul_add(v, along[l]);
-                            across[l] = t.mul_add(v, across[l]);
-                            if AXES == 3 {
-                                outward[l] = r.mul_add(v, outward[l]);
-                            }
+                        let v = Vector::splat(simd, dv[l]);
+                        along[l] = s.mul_add(v, along[l]);
+                        across[l] = t.mul_add(v, across[l]);
+                        if AXES == 3 {
+                            outward[l] = r.mul_add(v, outward[l]);
                         }
                     }
                 }
@@ -107,10 +128,6 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                 let [h_s, h_t, h_r] = slopes.direction;
                 for l in 0..K {
                     let normal = slopes.stiffness * u_r[l];
-                    if AXES == 0 {
-                        outward[l] = normal;
-                        continue;
-                    }
                     let mut turned = h_t.mul_add(across[l], h_s * along[l]);
                     if AXES == 3 {
                         turned = h_r.mul_add(outward[l], turned);
@@ -127,9 +144,7 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let [s, t, r] = row.part(simd, part);
                     for (l, sum) in sums.iter_mut().enumerate() {
-                        if AXES > 0 {
-                            *sum = t.mul_add(across[l], s.mul_add(along[l], *sum));
-                        }
+                        *sum = t.mul_add(across[l], s.mul_add(along[l], *sum));
                         *sum = r.mul_add(outward[l], *sum);
                     }
                 }

@@ -33,6 +33,12 @@ pub(crate) struct NodeSlopes<S: Simd, const K: usize = 1> {
 }
 
 impl<S: Simd> NodeSlopes<S> {
+    /// Reads back the stiffness alone.
+    #[inline(always)]
+    pub fn load_stiffness(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Vector<S> {
+        Vector::load(simd, &kept[block * KEPT], part)
+    }
+
     /// Reads back what was kept of a block.
     #[inline(always)]
     pub fn load(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Self {
