@@ -17,6 +17,8 @@
 //! * [`scene`]: what to run, parsed and validated once.
 //! * [`pipeline`]: the threads and what travels between them.
 //! * `record` (feature `record`): the only room that knows Rerun.
+//! * `sound` (feature `sound`): motions to listen to.
+//! * `live` (feature `live`): a run that is steered while it goes on, and the page that shows it.
 //! * `cli` (feature `cli`): the command line.
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
 //! * [`import`]: signals from files that somebody else made.
@@ -40,8 +42,12 @@ pub mod systems;
 pub mod cli;
 #[cfg(feature = "figure")]
 pub mod figure;
+#[cfg(feature = "live")]
+pub mod live;
 #[cfg(feature = "record")]
 pub mod record;
+#[cfg(feature = "sound")]
+pub mod sound;
 
 /// The version of this crate, as written into every recording and result.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

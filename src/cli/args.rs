@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args as Arguments, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::live_args::{LiveArgs, Sound};
 pub use super::steps::{Steps, StepsError};
 use crate::analysis::Threshold;
 use crate::study::cost::Knob;
@@ -28,6 +29,9 @@ pub struct Args {
 pub enum Command {
     /// Simulate a scene and record it.
     Run(RunArgs),
+    /// Run a scene until told to stop, and steer it meanwhile: from a page with viewer, controls and sound, or
+    /// from the terminal.
+    Live(LiveArgs),
     /// List the scenes, or print one as TOML to start your own from.
     Scenes(ScenesArgs),
     /// Complex eigenvalues at steady sliding: which modes can squeak.
@@ -75,6 +79,15 @@ pub struct RunArgs {
     /// Write the samples as NumPy arrays t, q, qdot, u, v, tilt_deg; load_n and rotation_factor where they vary.
     #[arg(long, value_name = "FILE")]
     pub npz: Option<PathBuf>,
+    /// Write the sound, 48 kHz, the loudest at -1 dB.
+    #[arg(long, value_name = "FILE")]
+    pub wav: Option<PathBuf>,
+    /// What is heard.
+    #[arg(long, value_enum, default_value_t = Sound::Velocity, requires = "wav")]
+    pub sound: Sound,
+    /// Play the sound so many times slower than life, and so lower: 0.01 to 1000.
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, value_parser = slower, allow_negative_numbers = true, requires = "wav")]
+    pub slower: f64,
     /// Open a viewer on this machine and watch.
     #[arg(long, conflicts_with = "connect")]
     pub spawn: bool,
@@ -91,7 +104,7 @@ pub struct RunArgs {
 pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
 
 /// Takes the URL of a viewer; its form is checked here so that a slip is found before any work.
-fn viewer_url(text: &str) -> Result<String, String> {
+pub(super) fn viewer_url(text: &str) -> Result<String, String> {
     let known = ["rerun+http://", "rerun+https://", "rerun://"];
     if known.iter().any(|scheme| text.starts_with(scheme)) {
         Ok(text.to_owned())
@@ -185,8 +198,15 @@ fn exponents(text: &str) -> Result<Count, String> {
     }
 }
 
+/// Takes how many times slower something is played.
+fn slower(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number| (0.01..=1000.0).contains(number));
+    number.ok_or_else(|| "write a number from 0.01 to 1000".to_owned())
+}
+
 /// Takes a number above zero.
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok();
     let number = number.filter(|number: &f64| *number > 0.0 && number.is_finite());
     number.ok_or_else(|| "write a number above 0".to_owned())

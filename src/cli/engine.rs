@@ -38,6 +38,7 @@ use crate::record::cost::save_cost;
 use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
+use crate::sound::WavSink;
 use crate::study;
 use crate::study::basins::Attractor;
 use crate::study::effects::{Effects, Watch};
@@ -64,6 +65,9 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     // The recording comes last: it takes its name only when the samples have theirs.
     if let Some(path) = job.npz {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
+    }
+    if let Some((path, source, slower)) = job.wav {
+        sinks.push(Box::new(WavSink::new(path.to_owned(), source, slower)));
     }
     if output != Output::default() {
         let notice = Arc::clone(&job.notice);

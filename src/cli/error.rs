@@ -81,6 +81,34 @@ pub enum CliError {
         /// Path of the second.
         second: &'static str,
     },
+    /// A pace is out of range.
+    #[error("--pace must be from {low} to {high} simulated ms a second, not {asked}")]
+    Pace {
+        /// The pace asked for, ms a second.
+        asked: f64,
+        /// The slowest.
+        low: f64,
+        /// The fastest.
+        high: f64,
+    },
+    /// The page cannot be served there.
+    #[error(
+        "the page cannot be served at {host}, port {port}: {source}; give another --port (0 for any), or --host"
+    )]
+    Serve {
+        /// The address.
+        host: std::net::IpAddr,
+        /// The port.
+        port: u16,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The table of a sweep has no tilts.
+    #[error("`{}` (--sweep) is not of a sweep over the tilt alone; give the table of one", path.display())]
+    NoBands {
+        /// The table.
+        path: PathBuf,
+    },
     /// There is nothing to write into the scene.
     #[error(
         "there is no advice to write (--write): no setting of the integrator was tried, or none reaches an error of 1e-2; turn that knob, too"
@@ -156,12 +184,14 @@ impl CliError {
             | Self::NotArrow { .. }
             | Self::ForeignLog { .. }
             | Self::TooManyAxes { .. }
-            | Self::AxisTwice { .. } => 2,
+            | Self::AxisTwice { .. }
+            | Self::Pace { .. }
+            | Self::NoBands { .. } => 2,
             Self::Table(TableError::Write { .. } | TableError::Gone { .. }) => 1,
             Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
-            Self::Output(_) | Self::Run { .. } | Self::Panic { .. } => 1,
+            Self::Output(_) | Self::Run { .. } | Self::Serve { .. } | Self::Panic { .. } => 1,
             Self::Interrupted | Self::NothingYet => 130,
         }
     }

@@ -25,6 +25,8 @@ mod error;
 pub mod flow_report;
 pub mod growth;
 mod interrupt;
+mod live;
+pub mod live_args;
 mod lyapunov;
 pub mod lyapunov_report;
 mod model;
@@ -41,6 +43,7 @@ mod steps;
 mod sweep;
 pub mod sweep_report;
 mod sweep_view;
+mod terminal;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
@@ -83,6 +86,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
     match args.command {
         None => run::run(&RunArgs::default(), engine::simulate),
         Some(Command::Run(args)) => run::run(&args, engine::simulate),
+        Some(Command::Live(args)) => live::run(&args),
         Some(Command::Scenes(args)) => scenes::scenes(&args, engine::effects),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),

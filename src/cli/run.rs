@@ -12,6 +12,7 @@ use super::progress::{Progress, Teller};
 use super::report::{self, FileReport, RunReport};
 use crate::pipeline::message::Summary;
 use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::sound::Source;
 
 /// Where the recording goes if no output is asked for.
 const DEFAULT_RECORDING: &str = "squeak.rrd";
@@ -26,6 +27,8 @@ pub(super) struct Job<'a> {
     pub save: Option<&'a Path>,
     /// Where the samples go as NumPy arrays.
     pub npz: Option<&'a Path>,
+    /// Where the sound goes, what is heard, and how many times slower than life.
+    pub wav: Option<(&'a Path, Source, f64)>,
     /// Who watches.
     pub viewer: Viewer<'a>,
     /// True once the run shall end at the next frame.
@@ -66,11 +69,12 @@ fn execute(
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    let [save, npz, json] = check_all(
+    let [save, npz, wav, json] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [
             ("--save", recording(args)),
             ("--npz", args.npz.as_deref()),
+            ("--wav", args.wav.as_deref()),
             ("--json", args.json.as_deref()),
         ],
     )?;
@@ -81,6 +85,9 @@ fn execute(
         command: &command,
         save: save.as_ref().map(OutputFile::path),
         npz: npz.as_ref().map(OutputFile::path),
+        wav: wav
+            .as_ref()
+            .map(|wav| (wav.path(), args.sound.into(), args.slower)),
         viewer: viewer(args),
         stop,
         progress: &|time| progress.reach(time),
@@ -92,7 +99,10 @@ fn execute(
         doing: "run",
         source,
     })?;
-    let files = [&save, &npz].into_iter().flatten().map(FileReport::of);
+    let files = [&save, &npz, &wav]
+        .into_iter()
+        .flatten()
+        .map(FileReport::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;
     report::deliver(&RunReport::new(&scene, &summary, files), json.as_ref())?;
     if let Some(recording) = &save {
@@ -127,7 +137,7 @@ fn recording(args: &RunArgs) -> Option<&Path> {
     let watched = viewer(args) != Viewer::Nobody;
     match &args.save {
         Some(path) => Some(path),
-        None if watched || args.npz.is_some() => None,
+        None if watched || args.npz.is_some() || args.wav.is_some() => None,
         None => Some(Path::new(DEFAULT_RECORDING)),
     }
 }

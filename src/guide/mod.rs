@@ -6,6 +6,7 @@
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
+//! * [`live`]: a run that is steered while it goes on, its page, its sound.
 //! * [`off`]: what an effect costs that is left out.
 //! * [`peers`]: the laboratory beside other tools, measured.
 //! * [`scene`](crate::scene): all keys of a scene file.
@@ -28,6 +29,9 @@ pub mod sweeps {}
 #[doc = include_str!("cost.md")]
 #[doc = include_str!("cost.html")]
 pub mod cost {}
+
+#[doc = include_str!("live.md")]
+pub mod live {}
 
 #[doc = include_str!("off.md")]
 pub mod off {}

@@ -95,13 +95,10 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                             u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
                         }
                     }
-                    for l in 0..K {
-                        u_r[l] = stiffness * u_r[l];
-                    }
                     for (sums, row) in sums.iter_mut().zip(rows) {
                         let r = row.r.part(simd, part);
-                        for l in 0..K {
-                            sums[l] = r.mul_add(u_r[l], sums[l]);
+                        for (sum, u_r) in sums.iter_mut().zip(u_r) {
+                            *sum = r.mul_add(stiffness * u_r, *sum);
                         }
                     }
                     continue;

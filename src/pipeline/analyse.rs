@@ -108,6 +108,11 @@ impl Analyser {
     /// [`AnalyseError`]; the run cannot go on after one.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
         self.context.clock.check(frame)?;
+        for text in &frame.events {
+            let (time, text) = (frame.t0, text.clone());
+            sink.accept(Record::Event { time, text })
+                .map_err(AnalyseError::Sink)?;
+        }
         sink.accept(Record::Samples(Arc::clone(frame)))
             .map_err(AnalyseError::Sink)?;
         let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);

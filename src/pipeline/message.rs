@@ -199,6 +199,19 @@ pub struct Frame {
     pub error: Option<ErrorEstimate>,
     /// Wall time the simulation thread has spent integrating since the start, s.
     pub busy_seconds: f64,
+    /// What was done to the run at the first sample, in words.
+    pub events: Vec<String>,
+    /// How much of it is to be drawn; `None` for all that the scene asks for.
+    pub shown: Option<Shown>,
+}
+
+/// How much of a run is drawn while somebody watches it, whatever its pace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// Pictures of body and patch in a simulated second.
+    pub pictures: f64,
+    /// Of the series every so many samples one is drawn, at least 1.
+    pub every: usize,
 }
 
 impl Frame {
@@ -260,6 +273,8 @@ pub struct Header {
     pub sample_rate: f64,
     /// Time planned, s: simulated time, or the length of the signal.
     pub duration: f64,
+    /// Whether the run goes on after that, until somebody ends it.
+    pub endless: bool,
     /// The analyses whose records will come.
     pub analyses: Vec<AnalysisKind>,
     /// What the coordinates of a [`SectionPoint`] are.
@@ -355,6 +370,8 @@ pub struct JointInfo {
     pub min_tilt: f64,
     /// The largest tilt that the scene plans to reach, rad.
     pub max_tilt: f64,
+    /// The tilts that may be asked for while it runs, rad; `None` where nobody steers.
+    pub reach: Option<[f64; 2]>,
     /// Direction that the load tilts towards, from +x to +y, rad.
     pub azimuth: f64,
     /// The body's surface; empty where it is not known.
@@ -595,6 +612,13 @@ pub enum Record {
         /// Simulated time, s.
         time: f64,
         /// The words.
+        text: String,
+    },
+    /// Something that was done to the run while it went on.
+    Event {
+        /// Simulated time, s.
+        time: f64,
+        /// What was done.
         text: String,
     },
     /// Something the user should know.

@@ -18,6 +18,7 @@ mod small;
 mod small_tests;
 mod source;
 mod stages;
+mod steer;
 mod twin;
 
 pub use analyse::{AnalyseError, Analyser};
@@ -31,4 +32,5 @@ pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
-pub use source::{Source, source};
+pub use source::{Source, Steerable, source, steerable};
+pub use steer::{Gait, Helm, Order, RunOver, Steered};

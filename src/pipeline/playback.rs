@@ -67,6 +67,7 @@ impl Source for Playback {
             command: command.to_owned(),
             sample_rate: self.rate,
             duration: self.samples.len() as f64 / self.rate,
+            endless: false,
             analyses: kinds(&self.analysis),
             section: section_coordinates(&self.analysis),
             subject: Subject::Signal(self.info.clone()),

@@ -123,13 +123,20 @@ fn of_small(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineEr
 /// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.
 pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
     let start = &scene.start;
-    let mut rng = ChaCha8Rng::seed_from_u64(start.seed);
     let mut z = vec![start.position; 2 * modes];
-    for velocity in &mut z[modes..] {
-        let normal: f64 = StandardNormal.sample(&mut rng);
-        *velocity = start.velocity + start.kick * normal;
-    }
+    let velocities = &mut z[modes..];
+    velocities.fill(start.velocity);
+    kick(velocities, start.kick, start.seed);
     z
+}
+
+/// Adds a seeded Gaussian kick of standard deviation `size` to velocities.
+pub(super) fn kick(velocities: &mut [f64], size: f64, seed: u64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for velocity in velocities {
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        *velocity += size * normal;
+    }
 }
 
 fn method(integrator: &scene::Integrator) -> Method {

@@ -6,17 +6,20 @@ use std::time::Instant;
 use super::along::{Along, Reached, with_tangents};
 use super::message::{
     EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
-    PatchSnapshot, Subject,
+    PatchSnapshot, Shown, Subject,
 };
-use super::prepare::{initial_state, of_joint};
-use super::source::header;
+use super::prepare::{initial_state, kick, of_joint};
+use super::source::{Steerable, header};
 use super::{PipelineError, Source};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, Loading, Scene, TiltedJoint};
+use crate::scene::{AnalysisSpec, Loading, RecordSpec, Scene, Schedule, TiltedJoint};
 
 /// Spacing of the vertices of the body's picture: along the meridian, and round it.
 const OUTLINE: (usize, usize) = (44, 24);
+
+/// Energies for every picture, at most: they are a curve.
+const ENERGIES: f64 = 20.0;
 
 /// A running simulation of a joint: asks for nothing but the next frame.
 #[derive(Debug)]
@@ -44,6 +47,12 @@ pub struct Simulation {
     /// What the scene asks for besides.
     along: Along,
     busy_seconds: f64,
+    /// The tilts that somebody may ask for, rad, if the run goes on until it is ended.
+    reach: Option<[f64; 2]>,
+    /// How much of it is to be drawn, if not all.
+    shown: Option<Shown>,
+    /// What the scene asks to be recorded.
+    planned: RecordSpec,
 }
 
 /// What the energy audit carries along, J.
@@ -51,7 +60,7 @@ pub struct Simulation {
 struct Audit {
     /// Stored at the start.
     start: f64,
-    /// Brought in by changes of tilt, load and rotation, where the joint is rebuilt.
+    /// Brought in by changes of tilt, load and rotation, where the joint is rebuilt, and by kicks.
     by_loading: f64,
 }
 
@@ -130,6 +139,9 @@ impl Simulation {
             audit,
             along: Along::new(scene),
             busy_seconds: 0.0,
+            reach: None,
+            shown: None,
+            planned: scene.record,
         })
     }
 
@@ -177,6 +189,7 @@ impl Simulation {
                 .collect(),
             min_tilt: tilt.min(),
             max_tilt: tilt.max(),
+            reach: self.reach,
             azimuth: spec.azimuth,
             outline: outline.map_or_else(Outline::default, |surface| Outline {
                 vertices: surface.vertices,
@@ -240,7 +253,10 @@ impl Simulation {
     /// How many samples the next frame has: it ends where the joint jumps next, so that all its samples
     /// are of one joint.
     fn frame_length(&self) -> u64 {
-        let left = self.scene.samples().saturating_sub(self.next_sample);
+        let left = match self.reach {
+            Some(_) => u64::MAX,
+            None => self.scene.samples().saturating_sub(self.next_sample),
+        };
         let whole = left.min(self.scene.frame_samples as u64);
         let next_jump = self.jumps.last();
         next_jump.map_or(whole, |&jump| {
@@ -264,7 +280,10 @@ impl Simulation {
 
 impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
-        header(&self.scene, command, Subject::Joint(self.joint_info()))
+        Header {
+            endless: self.reach.is_some(),
+            ..header(&self.scene, command, Subject::Joint(self.joint_info()))
+        }
     }
 
     fn analysis(&self) -> &AnalysisSpec {
@@ -292,6 +311,7 @@ impl Source for Simulation {
             load: self.loading.load,
             rotation_factor: self.loading.rotation_factor,
             geometry: Arc::clone(&self.geometry),
+            shown: self.shown,
             ..Frame::default()
         };
         let record = &self.scene.record;
@@ -346,7 +366,50 @@ impl Source for Simulation {
     }
 
     fn is_over(&self) -> bool {
-        self.next_sample >= self.scene.samples()
+        self.reach.is_none() && self.next_sample >= self.scene.samples()
+    }
+}
+
+impl Steerable for Simulation {
+    fn go_on(&mut self, reach: [f64; 2]) {
+        self.reach = Some(reach);
+    }
+
+    fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError> {
+        self.tilted.tilt = Schedule::constant(tilt);
+        let now = self.time();
+        self.jumps = self.tilted.jumps();
+        self.jumps.retain(|jump| *jump > now);
+        self.jumps.reverse();
+        Ok(())
+    }
+
+    fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError> {
+        let time = self.time();
+        self.follow_loading(time)?;
+        self.integrator.land(&self.joint, time)?;
+        let mut z = self.integrator.state().to_vec();
+        let before = self.joint.energy(&z).total();
+        let modes = self.joint.modes();
+        kick(&mut z[modes..2 * modes], size, seed);
+        self.audit.by_loading += self.joint.energy(&z).total() - before;
+        self.integrator.start(&self.joint, time, &z)?;
+        Ok(())
+    }
+
+    fn cut(&mut self, samples: usize, shown: Shown) {
+        self.shown = Some(shown);
+        self.scene.frame_samples = samples;
+        let record = &mut self.scene.record;
+        // What the scene leaves out stays out.
+        if self.planned.patch_rate > 0.0 {
+            record.patch_rate = shown.pictures;
+        }
+        record.energy_rate = self.planned.energy_rate.min(ENERGIES * shown.pictures);
+    }
+
+    fn time(&self) -> f64 {
+        self.next_sample as f64 / self.scene.sample_rate
     }
 }
 

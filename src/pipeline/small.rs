@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
-use super::message::{Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
-use super::source::header;
+use super::message::{Frame, Header, Shown, SmallInfo, StatusInfo, StatusKind, Subject};
+use super::prepare::kick;
+use super::source::{Steerable, header};
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
@@ -26,6 +27,10 @@ pub struct SmallSimulation {
     /// Guards crossed until the last frame's end.
     crossings: u64,
     busy_seconds: f64,
+    /// Whether the run goes on until it is ended.
+    endless: bool,
+    /// How much of it is to be drawn, if not all.
+    shown: Option<Shown>,
 }
 
 impl SmallSimulation {
@@ -58,13 +63,18 @@ impl SmallSimulation {
             frames: 0,
             crossings: 0,
             busy_seconds: 0.0,
+            endless: false,
+            shown: None,
         })
     }
 }
 
 impl Source for SmallSimulation {
     fn header(&self, command: &str) -> Header {
-        header(&self.scene, command, Subject::Small(self.info.clone()))
+        Header {
+            endless: self.endless,
+            ..header(&self.scene, command, Subject::Small(self.info.clone()))
+        }
     }
 
     fn analysis(&self) -> &AnalysisSpec {
@@ -72,10 +82,13 @@ impl Source for SmallSimulation {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        let left = self.scene.samples().saturating_sub(self.next_sample);
-        if left == 0 {
+        if self.is_over() {
             return Ok(None);
         }
+        let left = match self.endless {
+            true => u64::MAX,
+            false => self.scene.samples() - self.next_sample,
+        };
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let count = left.min(self.scene.frame_samples as u64);
@@ -90,6 +103,7 @@ impl Source for SmallSimulation {
             t0: self.next_sample as f64 / rate,
             dt: 1.0 / rate,
             modes: 1,
+            shown: self.shown,
             ..Frame::default()
         };
         for index in self.next_sample..self.next_sample + count {
@@ -118,7 +132,40 @@ impl Source for SmallSimulation {
     }
 
     fn is_over(&self) -> bool {
-        self.next_sample >= self.scene.samples()
+        !self.endless && self.next_sample >= self.scene.samples()
+    }
+}
+
+impl Steerable for SmallSimulation {
+    fn go_on(&mut self, _reach: [f64; 2]) {
+        self.endless = true;
+    }
+
+    fn tilt(&mut self, _tilt: f64) -> Result<(), PipelineError> {
+        self.scene.joint()?;
+        Ok(())
+    }
+
+    fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError> {
+        let time = self.time();
+        let Prepared {
+            system, integrator, ..
+        } = &mut self.prepared;
+        integrator.land(system.as_ref(), time)?;
+        let mut z = integrator.state().to_vec();
+        let modes = system.modes();
+        kick(&mut z[modes..2 * modes], size, seed);
+        integrator.start(system.as_ref(), time, &z)?;
+        Ok(())
+    }
+
+    fn cut(&mut self, samples: usize, shown: Shown) {
+        self.shown = Some(shown);
+        self.scene.frame_samples = samples;
+    }
+
+    fn time(&self) -> f64 {
+        self.next_sample as f64 / self.scene.sample_rate
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where frames come from.
 
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Subject};
+use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Shown, Subject};
 use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
 
@@ -21,6 +21,43 @@ pub trait Source: Send {
 
     /// Whether the last frame has been given.
     fn is_over(&self) -> bool;
+}
+
+/// A source that goes on until somebody ends it, and takes orders between frames.
+pub trait Steerable: Source {
+    /// Goes on after the planned time, with tilts (rad) within `reach` to come.
+    fn go_on(&mut self, reach: [f64; 2]);
+
+    /// Tilts the load from the next sample on, rad; what the scene says of the tilt is over then. Whether
+    /// the joint can be tilted so is for [`Scene::with_tilt`] to say.
+    ///
+    /// # Errors
+    /// When there is no load that could be tilted.
+    fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError>;
+
+    /// Adds a random velocity to each mode at the next sample: normal, with the standard deviation `size`
+    /// (sqrt(kg) m/s). Tangent vectors and a second copy begin anew there.
+    ///
+    /// # Errors
+    /// When the integrator cannot go on.
+    fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError>;
+
+    /// Makes frames of so many samples from now on, with so much to be drawn.
+    fn cut(&mut self, samples: usize, shown: Shown);
+
+    /// Time of the next sample, s.
+    fn time(&self) -> f64;
+}
+
+/// The simulation of what a scene runs, to be steered.
+///
+/// # Errors
+/// As [`Simulation::new`] and [`SmallSimulation::new`].
+pub fn steerable(scene: &Scene) -> Result<Box<dyn Steerable>, PipelineError> {
+    Ok(match scene.subject {
+        SubjectSpec::Joint(_) => Box::new(Simulation::new(scene)?),
+        SubjectSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
+    })
 }
 
 /// The simulation of what a scene runs.
@@ -62,6 +99,7 @@ pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
         command: command.to_owned(),
         sample_rate: scene.sample_rate,
         duration: scene.duration,
+        endless: false,
         analyses: kinds(&scene.analysis),
         section: section_coordinates(&scene.analysis),
         subject,

@@ -78,6 +78,11 @@ impl Body {
         if self.rest.is_empty() {
             return Ok(());
         }
+        if let Some(shown) = frame.shown {
+            self.every = 1.0 / shown.pictures;
+            // The pictures of a slower pace do not wait for the next one of the faster pace before.
+            self.next = self.next.min(frame.t0 + self.every);
+        }
         let rows = frame.q.chunks_exact(frame.modes);
         for (k, q) in rows.enumerate() {
             // Half a sample of slack, so that rounding never skips a picture.

@@ -239,6 +239,7 @@ impl Encoder {
                 Frames::Signal(_) => Ok(()),
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
+            Record::Event { time, text } => text::note(rec, *time, text),
             Record::Warning { time, text } => text::warn(rec, *time, text),
             Record::Summary(summary) => text::summarise(rec, &self.header, summary),
         }

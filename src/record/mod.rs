@@ -29,6 +29,7 @@
 //! # }
 //! ```
 
+mod audience;
 mod blueprint;
 mod body;
 mod butterfly;
@@ -67,6 +68,7 @@ mod demo;
 #[cfg(test)]
 mod tests;
 
+pub use audience::{Audience, Piece};
 pub use error::RecordError;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};

@@ -260,7 +260,8 @@ pub fn circle_step(joint: &JointInfo) -> f64 {
 
 /// The largest tilt to either side, degrees.
 fn largest_tilt(joint: &JointInfo) -> f64 {
-    joint.max_tilt.abs().max(joint.min_tilt.abs()).to_degrees()
+    let [low, high] = joint.reach.unwrap_or([joint.min_tilt, joint.max_tilt]);
+    low.abs().max(high.abs()).to_degrees()
 }
 
 /// Circles on the ball at whole degrees from the beam's axis: a ruler for the tilt.

@@ -22,6 +22,8 @@ const POINT_EVERY: usize = 10;
 const SIDE: f32 = 400.0;
 /// Smallest full scales: displacement in m and velocity in m/s.
 const SMALLEST: [f64; 2] = [1e-12, 1e-8];
+/// Pieces of the phase portrait's trail, at most, about.
+const FADES: f64 = 100.0;
 /// Pieces of the delay trail, each of one colour.
 const PIECES: usize = 8;
 
@@ -36,9 +38,11 @@ pub struct Portrait {
     trail: VecDeque<Piece>,
     scales: [FullScale; 2],
     drawn: bool,
+    /// Time of the next picture where somebody watches, s.
+    next: f64,
 }
 
-/// A frame of the trail.
+/// A stretch of the trail: a frame, or several short ones.
 #[derive(Debug)]
 struct Piece {
     /// Displacement in m, velocity in m/s.
@@ -64,6 +68,12 @@ impl Piece {
     fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
         self.points.iter()
     }
+
+    /// Goes on with the piece that follows.
+    fn append(&mut self, next: Self) {
+        self.points.extend(next.points);
+        self.stretches.extend(next.stretches);
+    }
 }
 
 impl Portrait {
@@ -76,6 +86,7 @@ impl Portrait {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             drawn: false,
+            next: 0.0,
         }
     }
 
@@ -89,12 +100,15 @@ impl Portrait {
         if frame.is_empty() {
             return Ok(());
         }
-        let keep = (self.length / (frame.dt * frame.len() as f64))
-            .ceil()
-            .max(1.0) as usize;
-        self.trail.push_back(Piece::new(frame));
-        while self.trail.len() > keep {
-            self.trail.pop_front();
+        self.lengthen(frame);
+        // Where somebody watches, no more often than a screen shows it.
+        if let Some(shown) = frame.shown {
+            let every = 1.0 / shown.pictures;
+            self.next = self.next.min(frame.end() + every);
+            if frame.end() < self.next {
+                return Ok(());
+            }
+            self.next = frame.end() + every;
         }
 
         let mut changed = !self.drawn;
@@ -112,6 +126,25 @@ impl Portrait {
         }
         self.draw_trail(rec, &field, frame)?;
         draw_point(rec, &field, frame)
+    }
+
+    /// Adds a frame to the trail, and drops what is too old.
+    fn lengthen(&mut self, frame: &Frame) {
+        let wanted = (self.length / frame.dt).ceil();
+        let piece = Piece::new(frame);
+        match self.trail.back_mut() {
+            // Many short pieces of one colour each would show no better how the trail fades.
+            Some(last) if (last.points.len() as f64) < wanted / FADES => last.append(piece),
+            _ => self.trail.push_back(piece),
+        }
+        let mut count: usize = self.trail.iter().map(|piece| piece.points.len()).sum();
+        while let Some(oldest) = self.trail.front() {
+            count -= oldest.points.len();
+            if (count as f64) < wanted || count == 0 {
+                break;
+            }
+            self.trail.pop_front();
+        }
     }
 
     fn draw_trail(

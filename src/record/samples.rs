@@ -139,7 +139,8 @@ impl Samples {
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         let rows = frame.q.chunks_exact(frame.modes);
         let rates = frame.qdot.chunks_exact(frame.modes);
-        for (k, (q, qdot)) in rows.zip(rates).enumerate() {
+        let samples = rows.zip(rates).enumerate();
+        for (k, (q, qdot)) in samples.step_by(frame.shown.map_or(1, |shown| shown.every)) {
             let time = frame.time(k);
             self.displacement.push(time, [1e6 * frame.displacement[k]]);
             self.velocity.push(time, [1e3 * frame.velocity[k]]);

@@ -11,6 +11,7 @@ use std::{
 use rerun::{RecordingStream, sink::LogSink};
 
 use super::{
+    audience::{Audience, ToAudience},
     blueprint,
     encode::Encoder,
     error::RecordError,
@@ -74,20 +75,21 @@ enum End {
         feed: Option<Feed>,
     },
     Viewer(Live),
+    Audience(ToAudience),
 }
 
 impl End {
     fn feed(&self) -> Option<&Feed> {
         match self {
             Self::File { feed, .. } => feed.as_ref(),
-            Self::Viewer(_) => None,
+            Self::Viewer(_) | Self::Audience(_) => None,
         }
     }
 
     fn is_watched(&self) -> bool {
         match self {
             Self::File { feed, .. } => feed.is_some(),
-            Self::Viewer(_) => true,
+            Self::Viewer(_) | Self::Audience(_) => true,
         }
     }
 }
@@ -128,9 +130,25 @@ impl RerunSink {
             (None, Some(address)) => End::Viewer(Live::start(address)?),
             (None, None) => return Err(RecordError::NoOutput),
         };
+        Self::ending(end, spec)
+    }
+
+    /// Hands the recording to an audience; nothing is kept.
+    ///
+    /// # Errors
+    /// [`RecordError::Encode`] if no stream can be opened.
+    pub fn for_audience(
+        audience: Arc<dyn Audience>,
+        spec: RecordSpec,
+    ) -> Result<Self, RecordError> {
+        Self::ending(End::Audience(ToAudience(audience)), spec)
+    }
+
+    fn ending(end: End, spec: RecordSpec) -> Result<Self, RecordError> {
         let sink: Box<dyn LogSink> = match &end {
             End::File { rrd, .. } => Box::new(rrd.clone()),
             End::Viewer(live) => Box::new(live.clone()),
+            End::Audience(audience) => Box::new(audience.clone()),
         };
         let rec = file_stream::open(APPLICATION, sink, end.is_watched())?;
         Ok(Self {
@@ -204,6 +222,7 @@ impl RerunSink {
     fn flush(&mut self) -> Result<(), RecordError> {
         let result = match &self.end {
             End::File { part, .. } => file_stream::flush(&self.rec, part),
+            End::Audience(_) => Ok(()),
             End::Viewer(live) => {
                 let flushed = self.rec.flush_with_timeout(FOREVER);
                 match live.fault() {
@@ -224,6 +243,11 @@ impl RerunSink {
         match &self.end {
             End::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
             End::Viewer(_) => self.flush(),
+            // Nobody waits, but what the stream holds back is to be heard.
+            End::Audience(_) => {
+                let flushed = self.rec.flush_with_timeout(FOREVER);
+                flushed.map_err(|error| RecordError::Encode(error.to_string()))
+            }
         }
     }
 
@@ -252,6 +276,7 @@ impl RerunSink {
                 }
             }
             End::Viewer(live) => live.close()?,
+            End::Audience(_) => {}
         }
         self.look_after_viewer();
         Ok(())
@@ -284,7 +309,7 @@ impl Sink for RerunSink {
     fn delivery(&self) -> Delivery {
         match self.end {
             End::File { .. } => Delivery::Everything,
-            End::Viewer(_) => Delivery::LatestPictures,
+            End::Viewer(_) | End::Audience(_) => Delivery::LatestPictures,
         }
     }
 

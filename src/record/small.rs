@@ -61,7 +61,7 @@ impl SmallFrames {
     /// Takes a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         self.draw_status(rec, frame)?;
-        for k in 0..frame.len() {
+        for k in (0..frame.len()).step_by(frame.shown.map_or(1, |shown| shown.every)) {
             let time = frame.time(k);
             self.displacement.push(time, [1e6 * frame.displacement[k]]);
             self.velocity.push(time, [1e3 * frame.velocity[k]]);

@@ -240,7 +240,9 @@ impl Spectrogram {
     /// Draws axes and places the tiles.
     pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
         let picture = spectrogram_plot(header);
-        picture.plot.draw(rec, paths::SPECTROGRAM_AXES, None)?;
+        // What never changes hides all that comes later.
+        let from = picture.endless.then(|| Moment::from(picture.start));
+        picture.plot.draw(rec, paths::SPECTROGRAM_AXES, from)?;
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
@@ -265,6 +267,9 @@ impl Spectrogram {
         level_db: &[f32],
     ) -> Result<(), RecordError> {
         let column = self.resample(bin, level_db);
+        if self.picture.endless && time >= self.picture.start + self.picture.duration {
+            self.turn_over(rec, time)?;
+        }
         let SpectrogramPlot {
             start, duration, ..
         } = self.picture;
@@ -296,6 +301,24 @@ impl Spectrogram {
         self.log(rec)
     }
 
+    /// Begins an empty sheet that holds a time (s), as long as the one before.
+    fn turn_over(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+        self.log(rec)?;
+        let SpectrogramPlot {
+            start, duration, ..
+        } = self.picture;
+        let start = start + duration * ((time - start) / duration).floor();
+        self.picture.begin_at(start);
+        let axes = Some(Moment::from(start));
+        self.picture.plot.draw(rec, paths::SPECTROGRAM_AXES, axes)?;
+        self.levels.fill(f32::NEG_INFINITY);
+        (self.logged, self.filled, self.time) = (0, 0, start);
+        for tile in 0..WIDTH / TILE {
+            self.log_tile(rec, tile)?;
+        }
+        Ok(())
+    }
+
     fn merge(&mut self, pixel: usize, column: &[f32]) {
         let start = pixel % TILE * HEIGHT;
         for (level, new) in self.levels[start..][..HEIGHT].iter_mut().zip(column) {
@@ -324,7 +347,12 @@ impl Spectrogram {
         if self.filled == self.logged {
             return Ok(());
         }
-        let tile = (self.filled - 1) / TILE;
+        self.log_tile(rec, (self.filled - 1) / TILE)?;
+        self.logged = self.filled;
+        Ok(())
+    }
+
+    fn log_tile(&self, rec: &RecordingStream, tile: usize) -> Result<(), RecordError> {
         let [low, high] = self.picture.levels;
         let mut pixels = Vec::with_capacity(3 * TILE * HEIGHT);
         for row in 0..HEIGHT {
@@ -334,9 +362,7 @@ impl Spectrogram {
             }
         }
         let image = Image::from_rgb24(pixels, [TILE as u32, HEIGHT as u32]);
-        stream::log_at(rec, paths::spectrogram_tile(tile), self.time, &image)?;
-        self.logged = self.filled;
-        Ok(())
+        stream::log_at(rec, paths::spectrogram_tile(tile), self.time, &image)
     }
 }
 
@@ -348,10 +374,30 @@ pub struct SpectrogramPlot {
     /// Time at the left end, and how much follows, s.
     start: f64,
     duration: f64,
+    /// Whether another sheet follows.
+    endless: bool,
     /// Frequency at the upper end, Hz.
     highest: f64,
     /// Levels at the two ends of the colour map, as records tell levels.
     levels: [f32; 2],
+}
+
+impl SpectrogramPlot {
+    /// Moves the left end to a time, s.
+    fn begin_at(&mut self, start: f64) {
+        self.start = start;
+        self.plot.x = time_axis(start, self.duration);
+    }
+}
+
+fn time_axis(start: f64, duration: f64) -> Axis {
+    let time = Quantity::Time.unit(duration);
+    Axis::linear(
+        style::with_unit("time", &time.symbol),
+        time.per_si * start,
+        time.per_si * (start + duration),
+        8,
+    )
 }
 
 /// The plot of the spectrogram: frequency over time.
@@ -359,7 +405,6 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
     let (start, duration) = (header.start(), header.duration);
     let highest = highest_frequency(header);
     let hz = Quantity::Frequency.unit(highest);
-    let time = Quantity::Time.unit(duration);
     let ([low, high], zero, offset) = match &header.subject {
         Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
         Subject::Signal(signal) => {
@@ -373,12 +418,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         head: 0.0,
-        x: Axis::linear(
-            style::with_unit("time", &time.symbol),
-            time.per_si * start,
-            time.per_si * (start + duration),
-            8,
-        ),
+        x: time_axis(start, duration),
         y: Axis::linear(
             format!(
                 "frequency, {}   (dark {} dB to bright {} dB, 0 dB = {zero})",
@@ -396,6 +436,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         plot,
         start,
         duration,
+        endless: header.endless,
         highest,
         levels: [low + offset, high + offset],
     }

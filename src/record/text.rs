@@ -274,7 +274,13 @@ pub fn narrate(
     )
 }
 
-/// A line of the log.
+/// A line of the log: what was done to the run.
+pub fn note(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
+    let line = TextLog::new(words).with_level(TextLogLevel::INFO);
+    stream::log_at(rec, paths::LOG, time, &line)
+}
+
+/// A line of the log: what the user should know.
 pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
     let line = TextLog::new(words).with_level(TextLogLevel::WARN);
     stream::log_at(rec, paths::LOG, time, &line)

@@ -3,6 +3,9 @@
 
 use crate::pipeline::message::JointInfo;
 
+/// The tilts that are kept in view where the load is tilted by hand, rad.
+const STEERED: f64 = 0.09;
+
 /// The view's middle and the directions of its screen, in the frame of the ball's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vantage {
@@ -21,6 +24,11 @@ impl Vantage {
     pub fn new(joint: &JointInfo) -> Self {
         let half = patch_angle(joint);
         let (mut low, mut high) = (joint.min_tilt - half, joint.max_tilt + half);
+        if let Some([least, most]) = joint.reach {
+            // Where it may be tilted by hand, most of that: all of it would be seen from too far.
+            low = low.min(least.max(-STEERED));
+            high = high.max(most.min(STEERED));
+        }
         // A little more than the pole itself, for its mark.
         if low < 2.0 * half {
             low = low.min(-0.2 * half);

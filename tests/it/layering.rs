@@ -38,11 +38,16 @@ const EDGES: &[(&str, &[&str])] = &[
         "figure",
         &["fem", "joint", "analysis", "dynamics", "study", "import"],
     ),
+    ("sound", &["pipeline", "export"]),
+    (
+        "live",
+        &["joint", "scene", "pipeline", "record", "sound", "study"],
+    ),
     (
         "cli",
         &[
             "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "study", "export", "import", "figure",
+            "study", "export", "import", "figure", "sound", "live",
         ],
     ),
 ];

@@ -15,6 +15,9 @@ mod faults;
 mod hard_cases;
 mod laws;
 mod layering;
+// Ctrl-C is sent by a program of Unix.
+#[cfg(all(feature = "cli", unix))]
+mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod own_modes;

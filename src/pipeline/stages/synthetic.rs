@@ -197,6 +197,7 @@ pub fn header() -> Header {
         command: String::new(),
         sample_rate: RATE,
         duration: 0.1,
+        endless: false,
         analyses: Vec::new(),
         section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(JointInfo {
@@ -204,6 +205,7 @@ pub fn header() -> Header {
             modes: Vec::new(),
             min_tilt: 0.0,
             max_tilt: 0.0,
+            reach: None,
             azimuth: 0.0,
             outline: Outline::default(),
             rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],

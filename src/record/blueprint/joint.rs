@@ -43,7 +43,8 @@ impl Layout {
             Some(SERIES_WINDOW),
         );
         let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        let [lowest, highest] = [joint.min_tilt, joint.max_tilt].map(|t| 1.15 * t.to_degrees());
+        let reach = joint.reach.unwrap_or([joint.min_tilt, joint.max_tilt]);
+        let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
         self.range(
             &tilt,
             lowest.min(0.0),

@@ -76,7 +76,22 @@ struct Ended {
 }
 
 impl Running {
-    fn start(mut command: Command) -> Self {
+    fn start(asked: Command) -> Self {
+        // Whoever starts the tests in the background may have them ignore signals from birth.
+        let mut command = Command::new("env");
+        command
+            .arg("--default-signal=HUP,INT,TERM")
+            .arg(asked.get_program())
+            .args(asked.get_args());
+        if let Some(folder) = asked.get_current_dir() {
+            command.current_dir(folder);
+        }
+        for (name, value) in asked.get_envs() {
+            match value {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
         command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

@@ -1,0 +1,228 @@
+//! `squeakscope live`: a run that goes on until told to stop, and is steered meanwhile.
+
+use std::ffi::OsStr;
+use std::io::{IsTerminal, stderr, stdin, stdout};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::error::CliError;
+use super::interrupt;
+use super::live_args::LiveArgs;
+use super::output::{OutputFile, check_all};
+use super::report;
+use super::run::command_line;
+use super::terminal::Terminal;
+use crate::live::{Bands, PACES, Page, Plan, Session, Watcher, bind};
+use crate::pipeline::message::Summary;
+use crate::pipeline::{PipelineError, panic_message};
+use crate::record::{Output, RERUN_VERSION};
+use crate::scene::{DEFAULT_SCENE, Scene};
+
+/// The table that `sweep` writes unless told otherwise.
+const LAST_SWEEP: &str = "sweep.arrow";
+/// How often it is looked whether the run is to end.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; a fault while running; Ctrl-C, after the files are whole.
+pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
+    let stop = interrupt::catch()?;
+    let scene = scene(args)?;
+    report::print_warnings(&scene.warnings());
+    let swept = bands(args.sweep.as_deref())?;
+    let plan = plan(args, scene)?;
+    let page = match plan.watcher {
+        Watcher::Page => Some(
+            bind(args.host, args.port).map_err(|source| CliError::Serve {
+                host: args.host,
+                port: args.port,
+                source,
+            })?,
+        ),
+        Watcher::Viewer(_) => None,
+    };
+    let recording = plan.save.clone();
+    let session = Arc::new(Session::new(plan));
+    let page = match page {
+        None => None,
+        Some(serving) => {
+            let address = serving.address;
+            let page = Page::open(serving, Arc::clone(&session), swept);
+            let page = page.map_err(|fault| faulty(fault.into()))?;
+            report::print(&format!("the page: http://{address}/\n"))?;
+            if !address.ip().is_loopback() {
+                report::print_warning("whoever reaches this address can watch and steer (--host)");
+            }
+            Some(page)
+        }
+    };
+    let keys = !args.no_keys && stdin().is_terminal() && stdout().is_terminal();
+    let ran = steer(&session, &stop, keys, page.as_ref())?;
+    if let Some(page) = page {
+        page.close().map_err(|fault| faulty(fault.into()))?;
+    }
+    let summary = ran.map_err(|fault| faulty(fault.into()))?;
+    for file in [recording.as_ref(), args.wav.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        report::print(&format!("{}\n", file.display()))?;
+    }
+    match summary {
+        Some(_) if stop.load(Ordering::Relaxed) => Err(CliError::Interrupted),
+        _ => Ok(()),
+    }
+}
+
+fn faulty(source: super::error::Cause) -> CliError {
+    CliError::Run {
+        doing: "live run",
+        source,
+    }
+}
+
+type Ran = Result<Option<Summary>, PipelineError>;
+
+/// Lets a session go on until it is ended by keys, by a signal or by a fault.
+fn steer(
+    session: &Arc<Session>,
+    stop: &AtomicBool,
+    keys: bool,
+    page: Option<&Page>,
+) -> Result<Ran, CliError> {
+    let running = running(session, keys)?;
+    let mut terminal = match keys {
+        true => Some(Terminal::open().map_err(|fault| faulty(fault.into()))?),
+        false => {
+            if stderr().is_terminal() {
+                report::print_warning("there are no keys here; Ctrl-C ends the run");
+            }
+            None
+        }
+    };
+    while !running.is_finished() {
+        let mut ended = stop.load(Ordering::Relaxed) || page.is_some_and(Page::is_over);
+        match &mut terminal {
+            Some(terminal) => {
+                let told = terminal.turn(session, LOOK_EVERY);
+                match told.map_err(|fault| faulty(fault.into()))? {
+                    super::terminal::Told::Nothing => {}
+                    super::terminal::Told::Quit => ended = true,
+                    super::terminal::Told::Interrupt => {
+                        stop.store(true, Ordering::Relaxed);
+                        ended = true;
+                    }
+                }
+            }
+            None => std::thread::sleep(LOOK_EVERY),
+        }
+        if ended {
+            session.end();
+        }
+    }
+    drop(terminal);
+    running.join().map_err(|panic| CliError::Panic {
+        message: panic_message(&*panic),
+    })
+}
+
+/// The session on a thread of its own.
+fn running(session: &Arc<Session>, keys: bool) -> Result<JoinHandle<Ran>, CliError> {
+    let session = Arc::clone(session);
+    let told = Arc::clone(&session);
+    let notice: Arc<dyn Fn(&str) + Send + Sync> = match keys {
+        true => Arc::new(move |words| told.tell(words)),
+        false => Arc::new(report::print_warning),
+    };
+    let thread = std::thread::Builder::new().name("session".to_owned());
+    let running = thread.spawn(move || session.run(&notice));
+    running.map_err(|fault| faulty(fault.into()))
+}
+
+/// The scene asked for, with what the command line changes of it.
+fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
+    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if let Some(error) = args.accuracy {
+        scene = scene.with_accuracy(error)?;
+    }
+    if let Some(tilt) = args.tilt {
+        scene = scene.with_tilt(tilt)?;
+    }
+    Ok(scene)
+}
+
+fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
+    let [low, high] = PACES;
+    if !(low..=high).contains(&args.pace) {
+        return Err(CliError::Pace {
+            asked: args.pace,
+            low,
+            high,
+        });
+    }
+    let [save, wav] = check_all(
+        args.scene.as_deref().map(OsStr::new),
+        [
+            ("--save", args.save.as_deref()),
+            ("--wav", args.wav.as_deref()),
+        ],
+    )?;
+    // A name that nobody has: whether there can be recordings at all.
+    OutputFile::check(&args.folder.join("live-1.rrd"), "--folder")?;
+    Ok(Plan {
+        scene,
+        command: command_line(),
+        pace: 1e-3 * args.pace,
+        watcher: watcher(args),
+        folder: args.folder.clone(),
+        save: save.map(|file| file.path().to_owned()),
+        wav: wav.map(|file| file.path().to_owned()),
+        source: args.sound.into(),
+    })
+}
+
+fn watcher(args: &LiveArgs) -> Watcher {
+    let viewer = |connect, spawn| {
+        Watcher::Viewer(Output {
+            save: None,
+            connect,
+            spawn,
+        })
+    };
+    match &args.connect {
+        Some(url) => viewer(Some(url.clone()), false),
+        None if args.spawn => viewer(None, true),
+        None if args.serve || !viewer_is_installed() => Watcher::Page,
+        None => viewer(None, true),
+    }
+}
+
+/// Whether there is a viewer on the `PATH` that opens what is recorded here.
+fn viewer_is_installed() -> bool {
+    let asked = Command::new("rerun")
+        .arg("--version")
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .output();
+    asked.is_ok_and(|said| String::from_utf8_lossy(&said.stdout).contains(RERUN_VERSION))
+}
+
+/// The kinds of motion that a sweep has found: that which is asked for, else the last one if it is there.
+fn bands(asked: Option<&Path>) -> Result<Option<Bands>, CliError> {
+    match asked {
+        Some(path) => match Bands::of_sweep(path)? {
+            Some(bands) => Ok(Some(bands)),
+            None => Err(CliError::NoBands {
+                path: path.to_owned(),
+            }),
+        },
+        // Whatever else has that name is none of our business.
+        None => Ok(Bands::of_sweep(Path::new(LAST_SWEEP)).ok().flatten()),
+    }
+}

@@ -1,0 +1,376 @@
+//! The controls of a live run in the terminal: keys, and the main numbers.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Style, Stylize};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph, Wrap};
+use ratatui::{DefaultTerminal, Frame};
+
+use crate::live::{Command, PACES, Panel, Session};
+
+/// How much a key tilts, degrees; with Shift, five times as much.
+const NUDGE: f64 = 0.1;
+/// How long a tilt that was asked for counts as the one that is there.
+const AIMED: Duration = Duration::from_millis(500);
+/// By how much a key changes the pace.
+const FASTER: f64 = 1.25;
+/// Contact nodes that stick, slip, are open: as in the recording.
+const NODES: [(Color, &str); 3] = [
+    (Color::Rgb(255, 165, 58), "stick"),
+    (Color::Rgb(88, 169, 255), "slide"),
+    (Color::White, "open"),
+];
+
+/// What a key says that is no command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// Nothing.
+    Nothing,
+    /// To end.
+    Quit,
+    /// To end as Ctrl-C does.
+    Interrupt,
+}
+
+/// The terminal while it is taken; it is given back when this is dropped.
+pub(super) struct Terminal {
+    terminal: DefaultTerminal,
+    refused: Option<String>,
+    /// The tilt that was asked for last, degrees, and when: the panel shows it a moment later.
+    aim: Option<(f64, Instant)>,
+}
+
+impl Terminal {
+    /// Takes the terminal.
+    ///
+    /// # Errors
+    /// When it is none, or cannot be drawn on.
+    pub fn open() -> io::Result<Self> {
+        Ok(Self {
+            terminal: ratatui::try_init()?,
+            refused: None,
+            aim: None,
+        })
+    }
+
+    /// Draws, and takes the keys that come within a time.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn turn(&mut self, session: &Session, patience: Duration) -> io::Result<Told> {
+        let panel = session.panel();
+        let refused = self.refused.as_deref();
+        self.terminal.draw(|frame| draw(frame, &panel, refused))?;
+        if !event::poll(patience)? {
+            return Ok(Told::Nothing);
+        }
+        let Event::Key(key) = event::read()? else {
+            return Ok(Told::Nothing);
+        };
+        let mut known = panel;
+        if let Some((deg, when)) = self.aim
+            && when.elapsed() < AIMED
+        {
+            known.tilt_deg = known.tilt_deg.map(|_| deg);
+        }
+        match asked(key, &known, &session.scenes()) {
+            Asked::Nothing => {}
+            Asked::Told(told) => return Ok(told),
+            Asked::Command(command) => {
+                if let Command::Tilt { deg } = command {
+                    self.aim = Some((deg, Instant::now()));
+                }
+                self.refused = session.obey(&command).err().map(|why| why.to_string());
+            }
+        }
+        Ok(Told::Nothing)
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+/// What a key asks for.
+#[derive(Clone, Debug, PartialEq)]
+enum Asked {
+    Nothing,
+    Told(Told),
+    Command(Command),
+}
+
+fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
+    if key.kind == KeyEventKind::Release {
+        return Asked::Nothing;
+    }
+    if key.modifiers.contains(KeyModifiers::CONTROL) {
+        return match key.code {
+            KeyCode::Char('c') => Asked::Told(Told::Interrupt),
+            _ => Asked::Nothing,
+        };
+    }
+    let shift = key.modifiers.contains(KeyModifiers::SHIFT);
+    let tilt = |sign: f64| match (panel.tilt_deg, panel.reach_deg) {
+        (Some(deg), Some([low, high])) => {
+            let by = sign * NUDGE * if shift { 5.0 } else { 1.0 };
+            // To whole hundredths: steps of a tenth add up to what they say.
+            let deg = (1e2 * (deg + by)).round() / 1e2;
+            Asked::Command(Command::Tilt {
+                deg: deg.clamp(low, high),
+            })
+        }
+        _ => Asked::Nothing,
+    };
+    let pace = |ms_per_s: f64| {
+        Asked::Command(Command::Pace {
+            ms_per_s: ms_per_s.clamp(PACES[0], PACES[1]),
+        })
+    };
+    let scene = |by: usize| {
+        let now = scenes.iter().position(|[name, _]| *name == panel.scene);
+        let next = (now.unwrap_or(0) + by) % scenes.len().max(1);
+        scenes.get(next).map_or(Asked::Nothing, |[name, _]| {
+            Asked::Command(Command::Scene { name: name.clone() })
+        })
+    };
+    match key.code {
+        KeyCode::Left => tilt(-1.0),
+        KeyCode::Right => tilt(1.0),
+        KeyCode::Up => pace(1e3 * panel.pace * FASTER),
+        KeyCode::Down => pace(1e3 * panel.pace / FASTER),
+        KeyCode::Char(letter) => match letter.to_ascii_lowercase() {
+            'q' => Asked::Told(Told::Quit),
+            ' ' if panel.paused => Asked::Command(Command::Resume),
+            ' ' => Asked::Command(Command::Pause),
+            '.' => Asked::Command(Command::Step),
+            'k' => Asked::Command(Command::Kick { mm_per_s: None }),
+            'r' => Asked::Command(Command::Reset),
+            'f' if panel.recording.is_some() => Asked::Command(Command::StopRecording),
+            'f' => Asked::Command(Command::Record),
+            'n' => scene(1),
+            'p' => scene(scenes.len().saturating_sub(1)),
+            '1' => pace(1.0),
+            '2' => pace(20.0),
+            '3' => pace(250.0),
+            '4' => pace(1000.0),
+            _ => Asked::Nothing,
+        },
+        _ => Asked::Nothing,
+    }
+}
+
+/// Draws the panel.
+fn draw(frame: &mut Frame<'_>, panel: &Panel, refused: Option<&str>) {
+    let rows = Layout::vertical([
+        Constraint::Length(3),
+        Constraint::Length(8),
+        Constraint::Min(4),
+        Constraint::Length(3),
+    ]);
+    let [head, numbers, words, keys] = rows.areas(frame.area());
+    let title = Line::from(vec![
+        Span::from(format!(" {} ", panel.scene)).bold(),
+        Span::from(panel.title.clone()),
+    ]);
+    let head_block = Block::bordered().title(" squeakscope live ");
+    frame.render_widget(Paragraph::new(title).block(head_block), head);
+    draw_numbers(frame, numbers, panel);
+    draw_words(frame, words, panel, refused);
+    let help = "←→ tilt (Shift: faster)  ↑↓ pace  1-4 slow motion..real time  space pause  . step  \
+                k kick  r reset  n/p scene  f record  q quit";
+    let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
+    frame.render_widget(help, keys);
+}
+
+fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
+    let [left, right] =
+        Layout::horizontal([Constraint::Percentage(50), Constraint::Percentage(50)]).areas(area);
+    let name = |name: &'static str| Span::styled(format!("{name:<9}"), Style::new().dark_gray());
+    let tilt = match (panel.tilt_deg, panel.reach_deg) {
+        (Some(deg), Some([low, high])) => format!("{deg:.2}°  ({low} to {high})"),
+        _ => "nothing to tilt".to_owned(),
+    };
+    let reached = match panel.reached {
+        _ if panel.paused => "  paused".to_owned(),
+        Some(reached) if reached < 0.9 * panel.pace => {
+            format!("  (reaches {:.3} ms/s)", 1e3 * reached)
+        }
+        _ => String::new(),
+    };
+    let pace = match 1e3 * panel.pace {
+        999.5.. => "real time".to_owned(),
+        ms => format!("{ms:.3} ms/s"),
+    };
+    let mut run = vec![
+        Line::from(vec![name("tilt"), Span::from(tilt).bold()]),
+        Line::from(vec![
+            name("pace"),
+            Span::from(pace).bold(),
+            Span::from(reached).yellow(),
+        ]),
+        Line::from(vec![
+            name("time"),
+            format!("{:.2} ms", 1e3 * panel.time_s).into(),
+        ]),
+    ];
+    if let Some(counts) = panel.nodes {
+        let mut spans = vec![name("nodes")];
+        for (count, (color, what)) in counts.iter().zip(NODES) {
+            spans.push(Span::styled(
+                format!("{count} {what}  "),
+                Style::new().fg(color),
+            ));
+        }
+        run.push(Line::from(spans));
+    }
+    if let Some(file) = &panel.recording {
+        run.push(Line::from(vec![
+            name("into"),
+            Span::from(file.clone()).red(),
+        ]));
+    }
+    let block = Block::bordered().title(" run ");
+    frame.render_widget(Paragraph::new(run).block(block), left);
+
+    let regime = match (&panel.regime, panel.confidence) {
+        (Some(regime), Some(sure)) => format!("{regime} ({:.0} % sure)", 1e2 * sure),
+        _ => "not yet told".to_owned(),
+    };
+    let mut sound = vec![
+        Line::from(vec![name("motion"), Span::from(regime).bold()]),
+        Line::from(vec![
+            name("speed"),
+            format!("{:.3} mm/s", panel.speed_mm_s).into(),
+        ]),
+    ];
+    for (k, line) in panel.lines.iter().take(4).enumerate() {
+        let words = format!("{:8.1} Hz  {:8.3} mm/s  {}", line.hz, line.mm_s, line.name);
+        sound.push(Line::from(vec![
+            name(if k == 0 { "tones" } else { "" }),
+            words.into(),
+        ]));
+    }
+    let block = Block::bordered().title(" sound ");
+    frame.render_widget(Paragraph::new(sound).block(block), right);
+}
+
+fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<&str>) {
+    let [left, right] =
+        Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]).areas(area);
+    let words = match panel.words.is_empty() {
+        true => &panel.about,
+        false => &panel.words,
+    };
+    // The marks of Markdown are no help here.
+    let plain: String = words.replace("**", "").replace('`', "");
+    let lines = plain.lines().map(|line| match line.strip_prefix("## ") {
+        Some(heading) => Line::from(heading.to_owned()).bold(),
+        None => Line::from(line.to_owned()),
+    });
+    let seen = Paragraph::new(lines.collect::<Vec<_>>())
+        .wrap(Wrap { trim: true })
+        .block(Block::bordered().title(" what you see "));
+    frame.render_widget(seen, left);
+    let mut lines: Vec<Line<'_>> = Vec::new();
+    if let Some(why) = refused {
+        lines.push(Line::from(why.to_owned()).red());
+    }
+    lines.extend(panel.events.iter().rev().map(|event| {
+        let time = Span::styled(
+            format!("{:.1} ms  ", 1e3 * event.time_s),
+            Style::new().dark_gray(),
+        );
+        Line::from(vec![time, event.text.clone().into()])
+    }));
+    let events = Paragraph::new(lines)
+        .wrap(Wrap { trim: true })
+        .block(Block::bordered().title(" events "));
+    frame.render_widget(events, right);
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::backend::TestBackend;
+
+    use super::*;
+
+    fn panel() -> Panel {
+        Panel {
+            scene: "torus-3deg".to_owned(),
+            title: "A torus".to_owned(),
+            pace: 0.02,
+            tilt_deg: Some(3.0),
+            reach_deg: Some([0.0, 10.0]),
+            nodes: Some([1, 97, 2]),
+            words: "## Looks like **two** tones\n\nand so on".to_owned(),
+            lines: vec![crate::live::Line {
+                hz: 4112.8,
+                mm_s: 15.9,
+                name: "f1".to_owned(),
+            }],
+            ..Panel::default()
+        }
+    }
+
+    fn press(code: KeyCode, modifiers: KeyModifiers) -> Asked {
+        let scenes =
+            ["tilt-ramp", "torus-3deg", "paper"].map(|name| [name.to_owned(), String::new()]);
+        asked(KeyEvent::new(code, modifiers), &panel(), &scenes)
+    }
+
+    #[test]
+    fn keys_are_commands() {
+        let none = KeyModifiers::NONE;
+        let tilt = |deg| Asked::Command(Command::Tilt { deg });
+        assert_eq!(press(KeyCode::Right, none), tilt(3.1));
+        assert_eq!(press(KeyCode::Left, KeyModifiers::SHIFT), tilt(2.5));
+        let pace = |ms_per_s| Asked::Command(Command::Pace { ms_per_s });
+        assert_eq!(press(KeyCode::Up, none), pace(25.0));
+        assert_eq!(press(KeyCode::Char('4'), none), pace(1000.0));
+        assert_eq!(
+            press(KeyCode::Char(' '), none),
+            Asked::Command(Command::Pause)
+        );
+        let scene = |name: &str| {
+            Asked::Command(Command::Scene {
+                name: name.to_owned(),
+            })
+        };
+        assert_eq!(press(KeyCode::Char('n'), none), scene("paper"));
+        assert_eq!(press(KeyCode::Char('p'), none), scene("tilt-ramp"));
+        assert_eq!(press(KeyCode::Char('q'), none), Asked::Told(Told::Quit));
+        let interrupt = press(KeyCode::Char('c'), KeyModifiers::CONTROL);
+        assert_eq!(interrupt, Asked::Told(Told::Interrupt));
+        assert_eq!(press(KeyCode::Char('x'), none), Asked::Nothing);
+    }
+
+    #[test]
+    fn the_main_numbers_are_drawn() {
+        for size in [(100, 30), (60, 20), (20, 5)] {
+            let mut terminal = ratatui::Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
+            terminal
+                .draw(|frame| draw(frame, &panel(), Some("the tilt must be less")))
+                .unwrap();
+            let text = terminal.backend().to_string();
+            if size.0 < 100 {
+                continue;
+            }
+            for part in [
+                "3.00°",
+                "20.000 ms/s",
+                "97 slide",
+                "4112.8 Hz",
+                "Looks like two tones",
+                "the tilt must be less",
+            ] {
+                assert!(text.contains(part), "{part}:\n{text}");
+            }
+        }
+    }
+}

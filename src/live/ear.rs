@@ -1,0 +1,135 @@
+//! The sound of a live run for those who listen, while it is computed.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use tokio::sync::broadcast;
+
+use crate::pipeline::message::Record;
+use crate::pipeline::{Delivery, Helm, Sink, SinkError};
+use crate::sound::{Pickup, Resampler, Source};
+
+/// Pieces that may wait for a listener.
+const WAITING: usize = 256;
+/// How loud the loudest is, of full scale.
+const LOUDEST: f32 = 0.7;
+/// Time in which the level falls to half of what it was, s of sound: so fast the gain rises again.
+const HALF_LIFE: f32 = 0.5;
+/// The least level that is made louder, m/s or m/s^2: below it there is silence.
+const FAINTEST: f32 = 1e-7;
+
+/// Samples of sound, shared.
+pub type Sound = Arc<[f32]>;
+
+/// Plays a run to whoever listens, at the pace that it reaches: slower than life it sounds lower.
+pub struct Ear {
+    source: Source,
+    helm: Mutex<Option<Helm>>,
+    news: broadcast::Sender<Sound>,
+    /// How many times slower than life it plays now, as the bits of an `f32`.
+    slower: AtomicU32,
+}
+
+impl Ear {
+    /// Hears so much of the motion.
+    pub fn new(source: Source) -> Self {
+        Self {
+            source,
+            helm: Mutex::default(),
+            news: broadcast::channel(WAITING).0,
+            slower: AtomicU32::new(1.0f32.to_bits()),
+        }
+    }
+
+    /// Somebody listens from now on.
+    pub fn listen(&self) -> broadcast::Receiver<Sound> {
+        self.news.subscribe()
+    }
+
+    /// What of the motion is heard.
+    pub fn source(&self) -> Source {
+        self.source
+    }
+
+    /// How many times slower than life, and so lower, it sounds now.
+    pub fn slower(&self) -> f32 {
+        f32::from_bits(self.slower.load(Ordering::Relaxed))
+    }
+
+    /// Goes at the pace of a run.
+    pub(super) fn follow(&self, helm: Helm) {
+        *self.helm.lock().unwrap_or_else(PoisonError::into_inner) = Some(helm);
+    }
+
+    /// Takes the samples of a run.
+    pub(super) fn tap(self: &Arc<Self>) -> Tap {
+        Tap {
+            ear: Arc::clone(self),
+            rate: 0.0,
+            pickup: Pickup::new(self.source),
+            resampler: None,
+            level: 0.0,
+        }
+    }
+
+    /// The pace that it goes at now.
+    fn pace(&self) -> f64 {
+        let helm = self.helm.lock().unwrap_or_else(PoisonError::into_inner);
+        let gait = helm.as_ref().map(Helm::gait);
+        gait.map_or(1.0, |gait| gait.reached.unwrap_or(gait.pace).min(gait.pace))
+    }
+}
+
+/// The end of a run's road that is heard.
+pub struct Tap {
+    ear: Arc<Ear>,
+    /// Samples of the run, Hz.
+    rate: f64,
+    pickup: Pickup,
+    resampler: Option<Resampler>,
+    /// The loudest of late, m/s or m/s^2.
+    level: f32,
+}
+
+impl Tap {
+    /// Makes it as loud as it may be; what is faint stays faint.
+    fn level(&mut self, sound: &mut [f32]) {
+        let fall = 0.5f32.powf(1.0 / (HALF_LIFE * crate::sound::RATE as f32));
+        for x in sound {
+            self.level = (self.level * fall).max(x.abs());
+            *x *= LOUDEST / self.level.max(FAINTEST);
+        }
+    }
+}
+
+impl Sink for Tap {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        match record {
+            Record::Header(header) => self.rate = header.sample_rate,
+            // While nobody listens there is nothing to do.
+            Record::Samples(_) if self.ear.news.receiver_count() == 0 => self.resampler = None,
+            Record::Samples(frame) => {
+                let pace = self.ear.pace().max(1e-6);
+                let slower = (1.0 / pace) as f32;
+                self.ear.slower.store(slower.to_bits(), Ordering::Relaxed);
+                let rate = self.rate * pace;
+                let resampler = self.resampler.get_or_insert_with(|| Resampler::new(rate));
+                resampler.set_rate(rate);
+                let mut sound = Vec::new();
+                let heard = self.pickup.hear(&frame.velocity, frame.dt);
+                resampler.push(heard, &mut sound);
+                self.level(&mut sound);
+                if !sound.is_empty() {
+                    // The last listener may just have left.
+                    let _ = self.ear.news.send(sound.into());
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::LatestPictures
+    }
+}

@@ -1,0 +1,88 @@
+//! A recording for people who come and go: every message by itself, as bytes that a viewer takes in, and
+//! whether whoever comes later needs it, too.
+
+use std::{fmt, sync::Arc, time::Duration};
+
+use rerun::{
+    external::{
+        re_build_info::CrateVersion,
+        re_log_encoding::{EncodeError, Encoder, EncodingOptions},
+    },
+    log::{Chunk, LogMsg},
+    sink::{LogSink, SinkFlushError},
+};
+
+/// Takes the pieces of a recording as they come, in order.
+pub trait Audience: Send + Sync {
+    /// Takes a piece; must not wait.
+    fn hear(&self, piece: Piece);
+}
+
+/// A message of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// A whole recording stream with nothing but this message. Pieces joined in their order are one, too.
+    pub bytes: Vec<u8>,
+    /// What it is of: the same for pieces that tell the same things of the same entity. Whoever comes later needs
+    /// the last one of each name, however long ago that was.
+    pub name: String,
+    /// Whether it holds at all times: whoever comes later needs it before all others.
+    pub lasting: bool,
+}
+
+/// Hands messages to an audience.
+#[derive(Clone)]
+pub struct ToAudience(pub Arc<dyn Audience>);
+
+impl fmt::Debug for ToAudience {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("ToAudience")
+    }
+}
+
+impl LogSink for ToAudience {
+    fn send(&self, message: LogMsg) {
+        // A message that cannot be encoded is one that nobody could read.
+        if let Ok(bytes) = encoded(&message) {
+            let (name, lasting) = name(&message);
+            self.0.hear(Piece {
+                bytes,
+                name,
+                lasting,
+            });
+        }
+    }
+
+    fn flush_blocking(&self, _: Duration) -> Result<(), SinkFlushError> {
+        Ok(())
+    }
+}
+
+/// A stream of one message. Uncompressed: it goes no farther than to a viewer near by.
+fn encoded(message: &LogMsg) -> Result<Vec<u8>, EncodeError> {
+    let options = EncodingOptions::PROTOBUF_UNCOMPRESSED;
+    let mut encoder = Encoder::new_eager(CrateVersion::LOCAL, options, Vec::new())?;
+    encoder.do_not_emit_footer();
+    encoder.append(message)?;
+    encoder.into_inner()
+}
+
+/// What a message is of, and whether it holds at all times.
+fn name(message: &LogMsg) -> (String, bool) {
+    match message {
+        LogMsg::SetStoreInfo(info) => (format!("store {:?}", info.info.store_id), true),
+        LogMsg::BlueprintActivationCommand(_) => ("blueprint".to_owned(), true),
+        LogMsg::ArrowMsg(store, message) => {
+            let Ok(chunk) = Chunk::from_arrow_msg(message) else {
+                return (String::new(), false);
+            };
+            if store.is_blueprint() {
+                return (format!("blueprint {}", chunk.id()), true);
+            }
+            let mut components: Vec<_> = chunk.components_identifiers().collect();
+            components.sort();
+            let name = format!("{} {components:?}", chunk.entity_path());
+            (name, chunk.is_static())
+        }
+    }
+}

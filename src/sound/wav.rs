@@ -1,0 +1,106 @@
+//! A run as a WAV file.
+
+use std::io::{Cursor, Error, Write};
+use std::path::PathBuf;
+
+use hound::{SampleFormat, WavSpec, WavWriter};
+
+use super::{Pickup, RATE, Resampler, Source};
+use crate::export::{OutputError, replace_file};
+use crate::pipeline::message::Record;
+use crate::pipeline::{Sink, SinkError};
+
+/// The loudest sample, of full scale: -1 dB.
+const LOUDEST: f32 = 0.891;
+/// Full scale of 24 bits.
+const FULL: f32 = 8_388_607.0;
+/// Sound that is faded in and out, ms, so that it neither begins nor ends with a click.
+const FADE: usize = 5;
+
+/// Writes what is heard of a run into a WAV file: one channel of 24 bits at [`RATE`], the loudest sample at
+/// -1 dB. The file takes its name when the run ends well or is interrupted.
+pub struct WavSink {
+    path: PathBuf,
+    /// How many times slower than life it is played.
+    slower: f64,
+    pickup: Pickup,
+    resampler: Option<Resampler>,
+    sound: Vec<f32>,
+    /// Simulated time so far, s.
+    time: f64,
+}
+
+impl WavSink {
+    /// Into a file, played so many times slower than life (1 for real time, above 0).
+    pub fn new(path: PathBuf, source: Source, slower: f64) -> Self {
+        Self {
+            path,
+            slower,
+            pickup: Pickup::new(source),
+            resampler: None,
+            sound: Vec::new(),
+            time: 0.0,
+        }
+    }
+
+    /// Sound that comes to a time of the run, samples.
+    fn due(&self) -> usize {
+        (self.time * self.slower * f64::from(RATE)).round() as usize
+    }
+
+    fn write(&self) -> Result<(), OutputError> {
+        let spec = WavSpec {
+            channels: 1,
+            sample_rate: RATE,
+            bits_per_sample: 24,
+            sample_format: SampleFormat::Int,
+        };
+        let loudest = self.sound.iter().fold(0.0, |m: f32, x| x.abs().max(m));
+        // Silence stays silence.
+        let gain = if loudest > 0.0 {
+            FULL * LOUDEST / loudest
+        } else {
+            0.0
+        };
+        let fade = FADE * RATE as usize / 1000;
+        let count = self.sound.len();
+        replace_file(&self.path, |file| {
+            let mut bytes = Cursor::new(Vec::new());
+            let mut writer = WavWriter::new(&mut bytes, spec).map_err(Error::other)?;
+            for (k, x) in self.sound.iter().enumerate() {
+                let edge = k.min(count - 1 - k).min(fade) as f32 / fade as f32;
+                let sample = (gain * edge * x).round() as i32;
+                writer.write_sample(sample).map_err(Error::other)?;
+            }
+            writer.finalize().map_err(Error::other)?;
+            file.write_all(bytes.get_ref())
+        })
+    }
+}
+
+impl Sink for WavSink {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        match record {
+            Record::Header(header) => {
+                self.resampler = Some(Resampler::new(header.sample_rate / self.slower));
+            }
+            Record::Samples(frame) => {
+                if let Some(resampler) = &mut self.resampler {
+                    let heard = self.pickup.hear(&frame.velocity, frame.dt);
+                    resampler.push(heard, &mut self.sound);
+                }
+                self.time += frame.end() - frame.t0;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), SinkError> {
+        let left = self.due().saturating_sub(self.sound.len());
+        if let Some(resampler) = self.resampler.take() {
+            resampler.finish(&mut self.sound, left);
+        }
+        Ok(self.write()?)
+    }
+}

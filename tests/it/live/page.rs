@@ -1,0 +1,176 @@
+//! The real page in a real browser.
+
+use serde_json::json;
+
+use super::browser::{Browser, Tab, chromium};
+use super::{Live, tilt};
+
+/// A browser with the page of a run in it, once its viewer has data; `None` where there is no browser.
+fn opened(live: &Live) -> Option<(Browser, Tab)> {
+    let Some(program) = chromium() else {
+        eprintln!(
+            "skipped: there is no Chromium (apt-get install chromium, or SQUEAKSCOPE_CHROMIUM)"
+        );
+        return None;
+    };
+    let mut browser = Browser::start(&program);
+    let tab = browser.open(&format!("http://{}/", live.host));
+    browser.until(&tab, "Boolean(window.squeakscope?.state.panel?.run)");
+    Some((browser, tab))
+}
+
+/// What the panel says, as JavaScript.
+const PANEL: &str = "squeakscope.state.panel";
+
+#[test]
+fn hands_on_the_page_reach_the_run() {
+    let live = Live::start("torus-3deg", &[]);
+    let Some((mut browser, tab)) = opened(&live) else {
+        return;
+    };
+    let mut control = live.socket("/control");
+    // The slider.
+    browser.run(
+        &tab,
+        "{ const s = document.getElementById('tilt'); s.value = 4.5; \
+           s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); }",
+    );
+    control.panel(|panel| panel["tilt_deg"] == 4.5);
+    browser.until(&tab, &format!("{PANEL}.tilt_deg === 4.5"));
+    // Keys: the tilt, the pause, the pace.
+    browser.press(&tab, "ArrowRight");
+    control.panel(|panel| {
+        panel["tilt_deg"]
+            .as_f64()
+            .is_some_and(|deg| (deg - 4.6).abs() < 1e-6)
+    });
+    browser.press(&tab, " ");
+    control.panel(|panel| panel["paused"] == true);
+    browser.until(
+        &tab,
+        "document.getElementById('pause').textContent === 'Go on'",
+    );
+    let stopped = browser.run(&tab, &format!("{PANEL}.time_s"));
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    let still = browser.run(&tab, &format!("{PANEL}.time_s"));
+    let gone = still.as_f64().unwrap() - stopped.as_f64().unwrap();
+    assert!(gone < 2e-3, "{gone} s went by while paused");
+    browser.press(&tab, " ");
+    control.panel(|panel| panel["paused"] == false);
+    browser.press(&tab, "1");
+    control.panel(|panel| panel["pace"] == 1e-3);
+    // What is refused is told.
+    browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 99 })");
+    browser.until(&tab, "!document.getElementById('refused').hidden");
+    // Another scene, from the picker.
+    browser.run(
+        &tab,
+        "{ const s = document.getElementById('scene'); s.value = 'mass-on-belt'; \
+           s.dispatchEvent(new Event('change')); }",
+    );
+    browser.until(
+        &tab,
+        &format!("{PANEL}.run === 2 && {PANEL}.scene === 'mass-on-belt'"),
+    );
+    browser.until(&tab, "document.getElementById('tilting').hidden");
+}
+
+#[test]
+fn the_viewer_shows_the_run_and_sound_arrives() {
+    let live = Live::start("torus-3deg", &[]);
+    let Some((mut browser, tab)) = opened(&live) else {
+        return;
+    };
+    // The bands under the slider, and words on what is seen.
+    browser.until(&tab, "document.querySelectorAll('#bands rect').length > 10");
+    browser.until(
+        &tab,
+        "document.getElementById('words').textContent.length > 20",
+    );
+    // The viewer takes the run in, and its pixels change with it.
+    browser.until(&tab, "squeakscope.host.seen() > 0.01");
+    let before = browser.screenshot(&tab);
+    let seen = browser
+        .run(&tab, "squeakscope.host.seen()")
+        .as_f64()
+        .unwrap();
+    browser.until(&tab, &format!("squeakscope.host.seen() > {}", seen + 0.02));
+    let after = browser.screenshot(&tab);
+    let changed = changed_pixels(&before, &after);
+    assert!(changed > 0.01, "{changed} of the viewer's pixels changed");
+    browser.press(&tab, "m");
+    browser.until(&tab, "squeakscope.soundSamples() > 4800");
+    browser.until(
+        &tab,
+        "document.getElementById('heard').textContent.includes('slower')",
+    );
+    // Nothing was asked of anybody else.
+    let own = [
+        format!("http://{}/", live.host),
+        format!("ws://{}/", live.host),
+    ];
+    for url in &browser.requested {
+        let local = ["data:", "blob:"]
+            .iter()
+            .any(|scheme| url.starts_with(scheme));
+        assert!(local || own.iter().any(|own| url.starts_with(own)), "{url}");
+    }
+    assert!(browser.requested.len() > 5);
+}
+
+#[test]
+fn a_second_page_shares_the_run() {
+    let live = Live::start("mass-on-belt", &[]);
+    let Some((mut browser, first)) = opened(&live) else {
+        return;
+    };
+    let second = browser.open(&format!("http://{}/", live.host));
+    browser.until(&second, "Boolean(window.squeakscope?.state.panel?.run)");
+    browser.press(&second, "k");
+    let kicked = format!("{PANEL}.events.some((e) => e.text.startsWith('kick'))");
+    browser.until(&first, &kicked);
+    browser.until(&second, &kicked);
+    let mut control = live.socket("/control");
+    assert!(control.ask(&tilt(1.0)).is_some());
+    assert_eq!(control.ask(&json!({ "do": "reset" })), None);
+    browser.until(&first, &format!("{PANEL}.run === 2"));
+    browser.until(&second, &format!("{PANEL}.run === 2"));
+}
+
+/// The share of pixels right of the control panel that differ.
+fn changed_pixels(before: &[u8], after: &[u8]) -> f64 {
+    let read = |png: &[u8]| {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png))
+            .read_info()
+            .expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut pixels).expect("pixels");
+        (pixels, info)
+    };
+    let ((a, info), (b, _)) = (read(before), read(after));
+    assert_eq!(a.len(), b.len());
+    let bytes = info.line_size / info.width as usize;
+    let panel = 400;
+    let (mut all, mut changed) = (0_u32, 0_u32);
+    for (a, b) in a.chunks(info.line_size).zip(b.chunks(info.line_size)) {
+        for (a, b) in a.chunks(bytes).zip(b.chunks(bytes)).skip(panel) {
+            all += 1;
+            changed += u32::from(a != b);
+        }
+    }
+    f64::from(changed) / f64::from(all)
+}
+
+/// The picture of the page that the README shows.
+#[test]
+#[ignore = "makes a picture: assets/screenshots/make"]
+fn screenshot() {
+    let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS")
+        .expect("SQUEAKSCOPE_SCREENSHOTS names a folder");
+    let live = Live::start("torus-3deg", &["--pace", "5"]);
+    let (mut browser, tab) = opened(&live).expect("Chromium");
+    // Until the torus has closed, and the viewer without a graphics card shows it.
+    browser.until(&tab, "squeakscope.host.seen() > 0.13");
+    let picture = browser.screenshot(&tab);
+    std::fs::write(std::path::Path::new(&folder).join("live-page.png"), picture).expect("written");
+}

@@ -1,0 +1,303 @@
+//! What the page's server promises to whoever speaks with it.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use squeakscope::record::{paths, read_series};
+use tungstenite::Message;
+use tungstenite::client::IntoClientRequest;
+
+use super::{DEADLINE, Live, Socket, tilt};
+
+/// The values of a series in a piece of the stream.
+fn values(piece: &[u8], path: &str) -> Vec<f64> {
+    let file = tempfile::Builder::new().suffix(".rrd").tempfile().unwrap();
+    std::fs::write(file.path(), piece).unwrap();
+    read_series(file.path(), Some(path)).map_or_else(|_| Vec::new(), |series| series.values)
+}
+
+/// Reads the stream until a series has a value that fits.
+fn until(stream: &mut Socket, path: &str, fits: impl Fn(f64) -> bool) {
+    let began = Instant::now();
+    loop {
+        assert!(began.elapsed() < DEADLINE, "nothing that fits in `{path}`");
+        if let Message::Binary(piece) = stream.next()
+            && values(&piece, path).into_iter().any(&fits)
+        {
+            return;
+        }
+    }
+}
+
+fn is(expected: f64) -> impl Fn(f64) -> bool {
+    move |value| (value - expected).abs() < 1e-9
+}
+
+#[test]
+fn the_slider_changes_the_tilt_in_the_stream() {
+    let live = Live::start("torus-3deg", &[]);
+    let (mut control, mut stream) = (live.socket("/control"), live.socket("/stream"));
+    until(&mut stream, paths::TILT, is(3.0));
+    assert_eq!(control.ask(&tilt(4.5)), None);
+    until(&mut stream, paths::TILT, is(4.5));
+    let panel = control.panel(|panel| panel["tilt_deg"] == 4.5);
+    let events = panel["events"].as_array().unwrap();
+    assert!(
+        events
+            .iter()
+            .any(|event| event["text"] == "tilt 4.5 degrees")
+    );
+    assert_eq!(live.interrupt(), Some(130));
+}
+
+#[test]
+fn pause_stops_simulated_time_and_a_step_is_a_frame() {
+    let live = Live::start("torus-3deg", &[]);
+    let mut control = live.socket("/control");
+    control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
+    assert_eq!(control.ask(&json!({ "do": "pause" })), None);
+    let stopped = control.panel(|panel| panel["paused"] == true);
+    std::thread::sleep(Duration::from_millis(300));
+    control.tell(&json!({ "do": "pause" }));
+    let time = |panel: &serde_json::Value| panel["time_s"].as_f64().unwrap();
+    // What was under way when it stopped has arrived by now.
+    let mut late = live.socket("/control");
+    let resting = late.panel(|_| true);
+    assert!(time(&resting) - time(&stopped) < 2e-3);
+    assert_eq!(late.ask(&json!({ "do": "step" })), None);
+    let stepped = late.panel(|panel| time(panel) > time(&resting));
+    assert!(
+        time(&stepped) - time(&resting) < 1e-3,
+        "a sixtieth of 20 ms"
+    );
+    assert_eq!(stepped["paused"], true);
+}
+
+#[test]
+fn what_is_out_of_range_or_no_command_is_refused() {
+    let live = Live::start("torus-3deg", &[]);
+    let mut control = live.socket("/control");
+    for (command, part) in [
+        (tilt(10.01), "the tilt must be from 0 to 10 degrees"),
+        (tilt(-0.01), "the tilt must be"),
+        (
+            json!({ "do": "pace", "ms_per_s": 1001 }),
+            "the pace must be",
+        ),
+        (json!({ "do": "pace", "ms_per_s": 0 }), "the pace must be"),
+        (json!({ "do": "kick", "mm_per_s": 1e9 }), "a kick must be"),
+        (json!({ "do": "scene", "name": "/etc/passwd" }), "no scene"),
+        (json!({ "do": "tilt" }), "not a command"),
+        (json!({ "do": "fly" }), "not a command"),
+        (
+            json!({ "do": "tilt", "deg": 3, "really": true }),
+            "not a command",
+        ),
+        (json!("tilt"), "not a command"),
+    ] {
+        let why = control.ask(&command).expect("refused");
+        assert!(why.contains(part), "{command}: {why}");
+    }
+    let panel = control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
+    assert!(is(3.0)(panel["tilt_deg"].as_f64().unwrap()), "{panel:#}");
+    assert_eq!(panel["pace"], 0.02);
+}
+
+/// The status line of the answer to a request.
+fn asked(host: &str, path: &str, headers: &[(&str, &str)]) -> String {
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(DEADLINE)).unwrap();
+    let headers: String = headers
+        .iter()
+        .map(|(name, value)| format!("{name}: {value}\r\n"))
+        .collect();
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[test]
+fn requests_for_or_from_elsewhere_are_refused() {
+    let live = Live::start("mass-on-belt", &[]);
+    let host = live.host.as_str();
+    let own = asked(host, "/", &[("Host", host)]);
+    assert!(own.starts_with("HTTP/1.1 200"), "{own}");
+    for header in ["content-security-policy: default-src 'self'", "nosniff"] {
+        assert!(own.to_lowercase().contains(header), "{own}");
+    }
+    let upgrade = [
+        ("Connection", "Upgrade"),
+        ("Upgrade", "websocket"),
+        ("Sec-WebSocket-Version", "13"),
+        ("Sec-WebSocket-Key", "AAAAAAAAAAAAAAAAAAAAAA=="),
+    ];
+    for path in [
+        "/",
+        "/page.js",
+        "/viewer.js",
+        "/control",
+        "/stream",
+        "/sound",
+    ] {
+        for foreign in [
+            [("Host", "evil.example"), ("Accept", "*/*")],
+            [("Host", host), ("Origin", "http://evil.example")],
+            [("Host", host), ("Origin", "null")],
+        ] {
+            let headers: Vec<_> = foreign.into_iter().chain(upgrade).collect();
+            let answer = asked(host, path, &headers);
+            assert!(
+                answer.starts_with("HTTP/1.1 403"),
+                "{path} {foreign:?}: {answer}"
+            );
+        }
+    }
+    // Without an origin it is no page that asks, with its own it is the page.
+    for origin in [None, Some(format!("http://{host}"))] {
+        let mut request = format!("ws://{host}/control")
+            .into_client_request()
+            .unwrap();
+        if let Some(origin) = &origin {
+            request
+                .headers_mut()
+                .insert("Origin", origin.parse().unwrap());
+        }
+        assert!(tungstenite::connect(request).is_ok(), "{origin:?}");
+    }
+    assert!(asked(host, "/../Cargo.toml", &[("Host", host)]).starts_with("HTTP/1.1 404"));
+}
+
+/// Somebody who reads nothing, somebody who hangs up, and a latecomer: the run goes on for all.
+#[test]
+fn many_watch_one_run_and_nobody_holds_it_up() {
+    let live = Live::start("torus-3deg", &["--pace", "200"]);
+    let mut control = live.socket("/control");
+    let silent: Vec<Socket> = (0..8).map(|_| live.socket("/stream")).collect();
+    for _ in 0..8 {
+        drop(live.socket("/stream"));
+    }
+    let time = |panel: &serde_json::Value| panel["time_s"].as_f64().unwrap();
+    let begun = time(&control.panel(|panel| time(panel) > 0.0));
+    control.panel(|panel| time(panel) > begun + 0.3);
+    // One who comes late is given the scene's text and what happens now.
+    let mut late = live.socket("/stream");
+    until(&mut late, paths::TILT, is(3.0));
+    let mut second = live.socket("/control");
+    assert_eq!(second.ask(&tilt(2.0)), None);
+    let seen = control.panel(|panel| panel["tilt_deg"] == 2.0);
+    assert!(seen["watching"].as_u64().unwrap() >= 2, "{seen:#}");
+    until(&mut late, paths::TILT, is(2.0));
+    drop(silent);
+}
+
+#[test]
+fn sound_arrives_and_is_not_silence() {
+    let live = Live::start("torus-3deg", &["--pace", "100"]);
+    let mut sound = live.socket("/sound");
+    let (mut samples, mut loud, mut slower) = (0, 0.0_f32, None);
+    let began = Instant::now();
+    // Beyond the first 40 ms the squeak has its strength.
+    while samples < 48_000 {
+        assert!(began.elapsed() < DEADLINE);
+        match sound.next() {
+            Message::Binary(piece) => {
+                assert_eq!(piece.len() % 4, 0);
+                for bytes in piece.as_chunks().0 {
+                    let x = f32::from_le_bytes(*bytes);
+                    assert!(x.abs() <= 1.0, "{x}");
+                    loud = loud.max(x.abs());
+                }
+                samples += piece.len() / 4;
+            }
+            Message::Text(text) => {
+                let told: serde_json::Value = serde_json::from_str(&text).unwrap();
+                slower = told["slower"].as_f64();
+            }
+            _ => {}
+        }
+    }
+    assert!(loud > 0.5, "{loud}");
+    // Ten times, or more on a machine that does not keep up.
+    assert!(slower.expect("told") > 9.0, "{slower:?}");
+}
+
+#[test]
+fn a_recording_made_on_the_way_holds_its_events() {
+    let live = Live::start("torus-3deg", &[]);
+    let mut control = live.socket("/control");
+    control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
+    assert_eq!(control.ask(&json!({ "do": "record" })), None);
+    control.panel(|panel| panel["recording"].is_string());
+    assert_eq!(control.ask(&tilt(5.0)), None);
+    control.panel(|panel| panel["tilt_deg"] == 5.0);
+    assert_eq!(control.ask(&json!({ "do": "stop-recording" })), None);
+    control.panel(|panel| panel["recording"].is_null());
+    let file = live.folder().join("live-1.rrd");
+    let tilts = read_series(&file, Some(paths::TILT)).unwrap().values;
+    assert!(
+        is(3.0)(tilts[0]) && is(5.0)(tilts[tilts.len() - 1]),
+        "{tilts:?}"
+    );
+}
+
+#[test]
+fn what_cannot_be_served_is_told_before_any_work() {
+    let live = Live::start("mass-on-belt", &[]);
+    let port = live.host.rsplit_once(':').unwrap().1;
+    for (more, code, part) in [
+        (vec!["--serve", "--port", port], 1, "give another --port"),
+        (
+            vec!["--serve", "--pace", "5000"],
+            2,
+            "--pace must be from 0.01 to 1000",
+        ),
+        (
+            vec!["--serve", "--sweep", "absent.arrow"],
+            2,
+            "absent.arrow",
+        ),
+        (vec!["--serve", "--folder", "absent/folder"], 2, "--folder"),
+        (vec!["--spawn", "--serve"], 2, "cannot be used with"),
+        (vec!["--connect", "--port", "1"], 2, "cannot be used with"),
+    ] {
+        let ended = std::process::Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+            .args(["live", "mass-on-belt"])
+            .args(&more)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(code), "{more:?}: {said}");
+        assert!(said.contains(part), "{more:?}: {said}");
+    }
+}
+
+/// From the slider to changed data in the stream, at the default pace.
+#[test]
+#[ignore = "a measurement: cargo test --release --test it live::sockets::latency -- --ignored --nocapture"]
+fn latency() {
+    let live = Live::start("torus-3deg", &[]);
+    let (mut control, mut stream) = (live.socket("/control"), live.socket("/stream"));
+    until(&mut stream, paths::TILT, is(3.0));
+    let mut took: Vec<f64> = (0..40)
+        .map(|k| {
+            let deg = 2.0 + 0.05 * f64::from(k);
+            let asked = Instant::now();
+            control.tell(&tilt(deg));
+            until(&mut stream, paths::TILT, is(deg));
+            1e3 * asked.elapsed().as_secs_f64()
+        })
+        .collect();
+    took.sort_by(f64::total_cmp);
+    println!(
+        "median {:.0} ms, longest {:.0} ms",
+        took[took.len() / 2],
+        took[took.len() - 1]
+    );
+}
