@@ -18,6 +18,8 @@ mod small;
 mod small_tests;
 mod source;
 mod stages;
+#[cfg(test)]
+mod stop_tests;
 mod twin;
 
 pub use analyse::{AnalyseError, Analyser};
