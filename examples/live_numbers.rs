@@ -39,7 +39,7 @@ impl Sink for Printer {
                 summary.tally.steps,
                 1e3 * summary.simulated,
                 summary.real_time_factor,
-                summary.audit,
+                summary.audit.unwrap_or(f64::NAN),
             ),
             // Samples, pictures and health are for other sinks.
             _ => {}

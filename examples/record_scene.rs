@@ -57,7 +57,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!(
         "{} steps, {} calls of the right-hand side, energy audit {:.1e}",
-        summary.tally.steps, summary.tally.calls, summary.audit,
+        summary.tally.steps,
+        summary.tally.calls,
+        summary.audit.unwrap_or(f64::NAN),
     );
     let megabytes = 1e-6 * std::fs::metadata(&path)?.len() as f64;
     println!("{}: {megabytes:.1} MB", path.display());

@@ -2,7 +2,8 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::args::AnalyseArgs;
 use super::error::{Cause, CliError};
@@ -34,8 +35,8 @@ pub(super) struct Play<'a> {
     pub command: &'a str,
     /// Where the recording goes.
     pub save: &'a Path,
-    /// True once it shall end at the next frame.
-    pub stop: &'a AtomicBool,
+    /// True once it shall end.
+    pub stop: &'a Arc<AtomicBool>,
     /// To be told the share done, 0 to 1, from any thread.
     pub progress: &'a (dyn Fn(f64) + Sync),
 }
@@ -59,7 +60,7 @@ pub(super) fn analyse(args: &AnalyseArgs, tools: &Tools) -> Result<(), CliError>
     execute(args, &stop, tools)
 }
 
-fn execute(args: &AnalyseArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<(), CliError> {
     let [save, json] = check_all(
         Some(args.file.as_os_str()),
         [
@@ -87,7 +88,7 @@ fn execute(args: &AnalyseArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), C
     let progress = Progress::of_steps();
     let report = analyse_signal(signal, &search, &mut |share, name| {
         progress.step(share, name);
-        !stop.load(Ordering::Relaxed)
+        interrupt::goes_on(stop)
     });
     // The bar goes before anything else is printed.
     drop(progress);
@@ -146,7 +147,7 @@ fn play(
     args: &AnalyseArgs,
     report: &SignalReport,
     save: &OutputFile,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     tools: &Tools,
 ) -> Result<Summary, CliError> {
     let progress = Progress::of_steps();
@@ -220,7 +221,7 @@ mod tests {
 
     #[test]
     fn all_outputs_are_written_and_told() {
-        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let (desk, stop) = (desk(), Arc::default());
         execute(&desk.args(), &stop, &TOOLS).expect("done");
         let text = std::fs::read(desk.0.path().join("out.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
@@ -234,7 +235,7 @@ mod tests {
 
     #[test]
     fn an_interrupted_analysis_leaves_nothing() {
-        let (desk, stop) = (desk(), AtomicBool::new(true));
+        let (desk, stop) = (desk(), Arc::new(AtomicBool::new(true)));
         let error = execute(&desk.args(), &stop, &TOOLS).expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
         assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 0);
@@ -242,7 +243,7 @@ mod tests {
 
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
-        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let (desk, stop) = (desk(), Arc::default());
         let never = Tools {
             read: |_, _| panic!("nothing must be read"),
             ..TOOLS
@@ -271,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_fault_while_drawing_is_no_bad_input() {
-        let (desk, stop) = (desk(), AtomicBool::new(false));
+        let (desk, stop) = (desk(), Arc::default());
         let tools = Tools {
             draw: |_| Err("no ink".into()),
             ..TOOLS

@@ -57,6 +57,7 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         unreachable!("it was asked for");
     };
     let known = known(&out, args.resume, &plan.identity())?;
+    interrupt::work_begins();
     let mut notes = Notes {
         log: Log::new(&out, &plan.identity(), &known)?,
         progress: Progress::of_estimate(),

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use super::args::CostArgs;
 use super::cost_report::CostReport;
@@ -93,7 +93,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());
-        !stop.load(Ordering::Relaxed)
+        interrupt::goes_on(stop)
     });
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };

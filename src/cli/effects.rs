@@ -1,7 +1,8 @@
 //! `squeakscope scenes --effects NAME`: what a scene calls for, and what each of it costs.
 
 use std::fmt::Write as _;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
@@ -20,7 +21,7 @@ const ON: Style = AnsiColor::Green.on_default();
 const OFF: Style = Style::new().dimmed();
 
 /// Measures the effects of a scene.
-pub(super) type Measure = fn(&Scene, Watch<'_>) -> Result<Option<Effects>, Cause>;
+pub(super) type Measure = fn(&Scene, &Arc<AtomicBool>, Watch<'_>) -> Result<Option<Effects>, Cause>;
 
 /// Measures, and tells.
 ///
@@ -29,13 +30,13 @@ pub(super) type Measure = fn(&Scene, Watch<'_>) -> Result<Option<Effects>, Cause
 pub(super) fn effects(
     scene: &Scene,
     json: Option<&OutputFile>,
+    stop: &Arc<AtomicBool>,
     measure: Measure,
 ) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
     let progress = Progress::of_estimate();
-    let found = measure(scene, &mut |share| {
+    let found = measure(scene, stop, &mut |share| {
         progress.tell(share, "effects".to_owned());
-        !stop.load(Ordering::Relaxed)
+        interrupt::goes_on(stop)
     });
     drop(progress);
     let found = found.map_err(|source| CliError::Run {
@@ -57,6 +58,8 @@ pub struct EffectsReport {
     pub scene: String,
     /// CPU time of a simulated millisecond with all that is on, without a recording, us.
     pub cpu_us_per_ms: f64,
+    /// CPU time until the first sample, without a recording, ms.
+    pub setup_ms: f64,
     /// Calls of the right-hand side in a simulated millisecond.
     pub calls_per_ms: f64,
     /// CPU time of a call, us; 0 without a joint.
@@ -79,6 +82,13 @@ pub struct EffectReport {
     /// CPU time that it takes, or would take, of a simulated millisecond, us; `null` where that cannot be
     /// told.
     pub cpu_us_per_ms: Option<f64>,
+    /// Half-width of the interval of 95 % of that, us.
+    pub scatter_us_per_ms: Option<f64>,
+    /// CPU time that it takes, or would take, once, before the first sample, ms; `null` where that is less than
+    /// times scatter.
+    pub setup_ms: Option<f64>,
+    /// Why no cost can be told; `null` where one is.
+    pub untold: Option<String>,
 }
 
 impl EffectsReport {
@@ -90,12 +100,16 @@ impl EffectsReport {
             key: effect.key,
             on: effect.on,
             setting: effect.setting,
-            cpu_us_per_ms: effect.seconds.map(per_ms),
+            cpu_us_per_ms: effect.cost.ok().map(|cost| per_ms(cost.mean)),
+            scatter_us_per_ms: effect.cost.ok().map(|cost| per_ms(cost.half_width)),
+            setup_ms: effect.setup.map(|setup| 1e3 * setup.mean),
+            untold: effect.cost.err().map(|why| why.to_string()),
         });
         Self {
             version: VERSION,
             scene: scene.name.clone(),
             cpu_us_per_ms: per_ms(found.whole),
+            setup_ms: 1e3 * found.setup,
             calls_per_ms: 1e-3 * found.calls,
             call_us: 1e6 * found.call,
             effects: effects.collect(),
@@ -103,11 +117,37 @@ impl EffectsReport {
     }
 }
 
+impl EffectReport {
+    /// The cost in words: `12 +- 5`, or `< 30` where times scatter by more.
+    fn cost(&self) -> String {
+        let (Some(cost), Some(scatter)) = (self.cpu_us_per_ms, self.scatter_us_per_ms) else {
+            return "-".to_owned();
+        };
+        if cost.abs() > scatter {
+            // A digit of the scatter is enough.
+            let digits = usize::from(scatter < 1.0);
+            return format!("{cost:.digits$} +- {scatter:.digits$}");
+        }
+        let below = cost.max(0.0) + scatter;
+        format!("< {:.*}", usize::from(below < 10.0), below)
+    }
+
+    /// How it is called for, or why nothing can be told.
+    fn how(&self) -> String {
+        let setup = self.setup_ms.map(|ms| format!("{ms:.1} ms once"));
+        let untold = self.untold.as_ref().map(|why| format!("-: {why}"));
+        let setting = Some(self.setting.clone()).filter(|setting| !setting.is_empty());
+        let words: Vec<String> = [setting, setup, untold].into_iter().flatten().collect();
+        words.join("; ")
+    }
+}
+
 impl Report for EffectsReport {
     fn text(&self) -> String {
         let mut text = format!(
-            "{NAME}{}{NAME:#}: {:.0} us of CPU a simulated millisecond, without a recording",
-            self.scene, self.cpu_us_per_ms
+            "{NAME}{}{NAME:#}: {:.0} us of CPU a simulated millisecond, without a recording, after a \
+             set-up of {:.0} ms",
+            self.scene, self.cpu_us_per_ms, self.setup_ms
         );
         if self.call_us > 0.0 {
             let _ = write!(
@@ -118,7 +158,7 @@ impl Report for EffectsReport {
         }
         let _ = writeln!(
             text,
-            "\n       {:>9}  {:32}  {:26}  how",
+            "\n       {:>14}  {:32}  {:38}  how",
             "us a ms", "effect", "called for by"
         );
         for effect in &self.effects {
@@ -126,20 +166,45 @@ impl Report for EffectsReport {
                 true => (ON, "on"),
                 false => (OFF, "off"),
             };
-            let cost = match effect.cpu_us_per_ms {
-                Some(cost) => format!("{:+.1}", cost + 0.0),
-                None => "–".to_owned(),
-            };
             let row = format!(
-                "  {style}{state:3}{style:#}  {cost:>9}  {:32}  {:26}  {}",
-                effect.name, effect.key, effect.setting
+                "  {style}{state:3}{style:#}  {:>14}  {:32}  {:38}  {}",
+                effect.cost(),
+                effect.name,
+                effect.key,
+                effect.how()
             );
             let _ = writeln!(text, "{}", row.trim_end());
         }
         text.push_str(
-            "what is off costs nothing: its number is what it would cost with usual values; about zero, of \
-             either sign, is less than times scatter\n",
+            "what is off costs nothing: its number is what it would cost with usual values; with +- half of the \
+             interval of 95 %, or < what it is below, where times scatter by more than it costs\n",
         );
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cost_below_its_scatter_is_told_as_a_bound() {
+        let effect = |cost: Option<(f64, f64)>, untold: Option<&str>| EffectReport {
+            name: "regime",
+            key: "analysis.regime",
+            on: true,
+            setting: "on".to_owned(),
+            cpu_us_per_ms: cost.map(|cost| cost.0),
+            scatter_us_per_ms: cost.map(|cost| cost.1),
+            setup_ms: None,
+            untold: untold.map(str::to_owned),
+        };
+        assert_eq!(effect(Some((12.3, 4.8)), None).cost(), "12 +- 5");
+        assert_eq!(effect(Some((-60.0, 0.25)), None).cost(), "-60.0 +- 0.2");
+        assert_eq!(effect(Some((-29.0, 30.0)), None).cost(), "< 30");
+        assert_eq!(effect(Some((1.0, 2.0)), None).cost(), "< 3.0");
+        let short = effect(None, Some("the run is shorter than its window"));
+        assert_eq!(short.cost(), "-");
+        assert_eq!(short.how(), "on; -: the run is shorter than its window");
     }
 }

@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::analyse::{FigureFile, Play, Tools};
 use super::basins;
@@ -12,10 +13,12 @@ use super::cost;
 use super::cost_view::cost_view;
 use super::error::{Cause, CliError};
 use super::growth;
+use super::interrupt;
 use super::lyapunov;
 use super::model::ModelFile;
 use super::paper;
 use super::paper_captions as captions;
+use super::progress::Teller;
 use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
@@ -33,7 +36,7 @@ use crate::figure::{
 use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, Sink, Tee, drive, initial_state, source};
+use crate::pipeline::{Monitor, PipelineError, Playback, Sink, Tee, drive, initial_state, source};
 use crate::record::cost::save_cost;
 use crate::record::sweep::save_sweep;
 use crate::record::{Output, RerunSink, read_series};
@@ -61,6 +64,7 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         },
         spawn: job.viewer == Viewer::Spawned,
     };
+    interrupt::work_begins();
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
     // The recording comes last: it takes its name only when the samples have theirs.
     if let Some(path) = job.npz {
@@ -69,21 +73,42 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     if let Some((path, source, slower)) = job.wav {
         sinks.push(Box::new(WavSink::new(path.to_owned(), source, slower)));
     }
+    let mut part = None;
     if output != Output::default() {
         let notice = Arc::clone(&job.notice);
         let recording = RerunSink::new(&output, job.scene.record)?;
+        part = recording.part().map(Path::to_owned);
         sinks.push(Box::new(recording.with_notice(move |words| notice(words))));
     }
     let monitor = Monitor {
         stop: job.stop,
         progress: job.progress,
     };
-    Ok(drive(
-        simulation,
-        job.command,
-        &mut Tee::new(sinks),
-        monitor,
-    )?)
+    let mut tee = Tee::new(sinks);
+    let done = drive(simulation, job.command, &mut tee, monitor);
+    done.map_err(|fault| {
+        if let Some(part) = part {
+            tell_part(&part, &fault, &job.notice);
+        }
+        fault.into()
+    })
+}
+
+/// Tells where the beginning of a recording is, unless the fault is the recording's own and says so.
+fn tell_part(part: &Path, fault: &PipelineError, notice: &Teller) {
+    let is_there = std::fs::metadata(part).is_ok_and(|there| there.len() > 0);
+    let place = part.display().to_string();
+    let causes = std::iter::successors(Some(fault as &dyn std::error::Error), |cause| {
+        cause.source()
+    });
+    let is_told = causes
+        .map(ToString::to_string)
+        .any(|words| words.contains(&place));
+    if is_there && !is_told {
+        notice(&format!(
+            "what was recorded until then can be opened: {place}"
+        ));
+    }
 }
 
 /// The modes at steady sliding at each of the tilts (rad), by frequency, with their causes if asked
@@ -192,19 +217,32 @@ pub(super) const COST: cost::Tools = cost::Tools {
 };
 
 /// What `squeakscope scenes --effects` needs.
-pub(super) fn effects(scene: &Scene, watch: Watch<'_>) -> Result<Option<Effects>, Cause> {
-    let folder = tempfile::tempdir()?;
+pub(super) fn effects(
+    scene: &Scene,
+    stop: &Arc<AtomicBool>,
+    watch: Watch<'_>,
+) -> Result<Option<Effects>, Cause> {
+    // Made when measuring has begun: before that, a signal ends the program as it is.
+    let mut folder = None;
     let record = &mut |scene: &Scene| {
+        let folder: &tempfile::TempDir = match &folder {
+            Some(folder) => folder,
+            None => folder.insert(tempfile::tempdir()?),
+        };
         let output = Output {
             save: Some(folder.path().join("effects.rrd")),
             ..Output::default()
         };
         let header = source(scene)?;
         let mut sink = RerunSink::new(&output, scene.record)?;
-        drive(header, "", &mut sink, Monitor::default())?;
+        let monitor = Monitor {
+            stop,
+            ..Monitor::default()
+        };
+        drive(header, "", &mut sink, monitor)?;
         Ok(())
     };
-    study::effects::effects(scene, record, watch)
+    study::effects::effects(scene, record, stop, watch)
 }
 
 /// What `squeakscope growth` needs.

@@ -162,6 +162,9 @@ pub enum CliError {
         /// What it said.
         message: String,
     },
+    /// Ctrl-C, while files were read and the joint was made.
+    #[error("interrupted before anything was begun; nothing is left behind")]
+    BeforeWork,
     /// Ctrl-C, before there was anything.
     #[error("interrupted before anything was found")]
     NothingYet,
@@ -192,7 +195,7 @@ impl CliError {
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
             Self::Output(_) | Self::Run { .. } | Self::Serve { .. } | Self::Panic { .. } => 1,
-            Self::Interrupted | Self::NothingYet => 130,
+            Self::Interrupted | Self::NothingYet | Self::BeforeWork => 130,
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use anstyle::Style;
 use serde::Serialize;
@@ -64,7 +64,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     let progress = Progress::of_estimate();
     let found = (tools.growth)(&plan, &mut |size, share| {
         progress.tell(share, size.name().to_owned());
-        !stop.load(Ordering::Relaxed)
+        interrupt::goes_on(stop)
     });
     drop(progress);
     let failed = |doing| move |source| CliError::Run { doing, source };

@@ -96,6 +96,7 @@ fn steer(
     keys: bool,
     page: Option<&Page>,
 ) -> Result<Ran, CliError> {
+    interrupt::work_begins();
     let running = running(session, keys)?;
     let mut terminal = match keys {
         true => Some(Terminal::open().map_err(|fault| faulty(fault.into()))?),

@@ -88,7 +88,8 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     let progress = Progress::of_estimate();
     let found = (tools.follow)(&scene, &request, &mut |at| {
         progress.tell(at.share, words(&at));
-        !stop.load(Ordering::Relaxed)
+        // Until the transient is over, nothing is known.
+        at.phase == Phase::Transient && !stop.load(Ordering::Relaxed) || interrupt::goes_on(stop)
     });
     // The bar goes before anything else is printed.
     drop(progress);

@@ -67,6 +67,9 @@ pub enum OutputError {
         /// Why not.
         source: io::Error,
     },
+    /// The standard output takes no more.
+    #[error("cannot write to the standard output; see where it leads to, and that there is space")]
+    Terminal(#[source] io::Error),
     /// Writing failed although it seemed possible.
     #[error("writing `{path}` failed; what was there before is unchanged")]
     Failed {
@@ -80,7 +83,7 @@ pub enum OutputError {
 impl OutputError {
     /// Whether the user asked for something impossible, rather than something failing later.
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Failed { .. })
+        !matches!(self, Self::Failed { .. } | Self::Terminal(_))
     }
 }
 

@@ -79,6 +79,7 @@ fn execute(
         },
     );
     check_directory(&args.out, "--out")?;
+    interrupt::work_begins();
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
         doing: "making of the directory",
         source: source.into(),

@@ -140,8 +140,12 @@ pub struct RunReport {
     pub calls: u64,
     /// Contact nodes that opened or closed; of a small system, events.
     pub transitions: u64,
-    /// Relative residual of the energy audit at the end; only a joint has one.
+    /// Relative residual of the energy audit at the end; `null` where there was none: only a joint has one,
+    /// and only with samples of the energy.
     pub energy_residual: Option<f64>,
+    /// Whether a joint was run, whose energy can be audited.
+    #[serde(skip)]
+    pub is_joint: bool,
     /// Steps that ran over their events, where steps stop at events.
     pub overrun_steps: u64,
     /// Lyapunov exponents, where the scene asks for them and the run has settled.
@@ -211,7 +215,8 @@ impl RunReport {
             rejections: summary.tally.rejections,
             calls: summary.tally.calls,
             transitions: summary.transitions,
-            energy_residual: scene.joint().is_ok().then_some(summary.audit),
+            energy_residual: summary.audit,
+            is_joint: scene.joint().is_ok(),
             overrun_steps: summary.tally.overrun,
             exponents: summary.exponents.as_ref().map(ExponentsReport::new),
             butterfly: summary.parting.as_ref().map(ButterflyReport::new),
@@ -234,9 +239,9 @@ impl Report for RunReport {
             self.wall_s,
             self.real_time_factor
         );
-        let place = match self.energy_residual {
-            Some(_) => " at the central contact point",
-            None => "",
+        let place = match self.is_joint {
+            true => " at the central contact point",
+            false => "",
         };
         let _ = writeln!(
             text,
@@ -256,12 +261,16 @@ impl Report for RunReport {
             );
             let _ = writeln!(text, "{}", row.trim_end());
         }
-        let events = match self.energy_residual {
-            Some(residual) => format!(
+        let events = match (self.is_joint, self.energy_residual) {
+            (false, _) => format!("{} events", self.transitions),
+            (true, Some(residual)) => format!(
                 "{} contact transitions; energy residual {residual:.1e}",
                 self.transitions
             ),
-            None => format!("{} events", self.transitions),
+            (true, None) => format!(
+                "{} contact transitions; energy not audited",
+                self.transitions
+            ),
         };
         let integrator = match self.tolerance {
             Some(tolerance) => format!("{} at {tolerance:e}", self.method),
@@ -497,10 +506,8 @@ pub fn write_json(report: &impl Report, json: Option<&OutputFile>) -> Result<(),
 /// # Errors
 /// When it cannot be written.
 pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
-    let json = serde_json::to_string_pretty(report).map_err(|fault| OutputError::Failed {
-        path: "standard output".into(),
-        source: fault.into(),
-    })?;
+    let json = serde_json::to_string_pretty(report)
+        .map_err(|fault| OutputError::Terminal(fault.into()))?;
     print(&format!("{json}\n"))
 }
 
@@ -511,10 +518,9 @@ pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut out = anstream::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(OutputError::Failed {
-            path: "standard output".into(),
-            source,
-        }),
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(OutputError::Terminal(source))
+        }
         _ => Ok(()),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::RunArgs;
@@ -31,8 +32,8 @@ pub(super) struct Job<'a> {
     pub wav: Option<(&'a Path, Source, f64)>,
     /// Who watches.
     pub viewer: Viewer<'a>,
-    /// True once the run shall end at the next frame.
-    pub stop: &'a AtomicBool,
+    /// True once the run shall end.
+    pub stop: &'a Arc<AtomicBool>,
     /// To be told the simulated time reached (s), from any thread.
     pub progress: &'a (dyn Fn(f64) + Sync),
     /// To be told what happens that is no error, in a line.
@@ -64,7 +65,7 @@ pub(super) fn run(
 
 fn execute(
     args: &RunArgs,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     simulate: impl FnOnce(&Job<'_>) -> Result<Summary, Cause>,
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
@@ -188,14 +189,14 @@ mod tests {
 
     struct Desk {
         folder: tempfile::TempDir,
-        stop: AtomicBool,
+        stop: Arc<AtomicBool>,
     }
 
     impl Desk {
         fn new() -> Self {
             Self {
                 folder: tempfile::tempdir().expect("temporary folder"),
-                stop: AtomicBool::new(false),
+                stop: Arc::default(),
             }
         }
 

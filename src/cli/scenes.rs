@@ -4,6 +4,7 @@
 use super::args::ScenesArgs;
 use super::effects;
 use super::error::CliError;
+use super::interrupt;
 use super::output;
 use super::report::{self, SceneReport, ScenesReport};
 use crate::scene::{Scene, key_reference};
@@ -16,14 +17,16 @@ pub(super) fn scenes(args: &ScenesArgs, measure: effects::Measure) -> Result<(),
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
+    // Before anything is read.
+    let stop = args.effects.then(interrupt::catch).transpose()?;
     let [json] = output::check_all(None, [("--json", args.json.as_deref())])?;
     match &args.name {
         None => report::deliver(&ScenesReport::of_presets()?, json.as_ref())?,
         Some(name) => {
             let scene = Scene::load(name)?;
             report::print_warnings(&scene.warnings());
-            if args.effects {
-                return effects::effects(&scene, json.as_ref(), measure);
+            if let Some(stop) = stop {
+                return effects::effects(&scene, json.as_ref(), &stop, measure);
             }
             report::deliver(&SceneReport::new(&scene), json.as_ref())?;
         }

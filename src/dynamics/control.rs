@@ -223,10 +223,10 @@ impl Controller {
         (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
     }
 
-    /// The step (s) below which an integration crawls: a million of them cover no more than a tenth of
+    /// The mean step (s) below which an integration crawls: a million of them cover no more than ten of
     /// the longest.
     pub fn crawl(&self) -> f64 {
-        1e-7 * self.max_step
+        1e-5 * self.max_step
     }
 
     /// The relative error allowed in a step.

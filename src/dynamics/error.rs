@@ -32,10 +32,10 @@ pub enum DynamicsError {
     /// The integrator still holds the last good state.
     #[error(
         "at t = {time} s the error is {error_ratio:.1e} times the tolerance even with a step of \
-         {step:e} s, about the shortest worth taking: either the force changes within that step (a law too \
-         stiff for an explicit method: take rodas5p or auto; a jump; a state so fast that it crosses the \
-         contact in it: start with less, or take a shorter longest step), or its rounding noise is above \
-         the tolerance (loosen that, or raise its floor)"
+         {step:e} s, about the shortest worth taking: either the force changes within that step ({}; a \
+         jump; a state so fast that it crosses the contact in it: start with less, or take a shorter longest \
+         step), or its rounding noise is above the tolerance (loosen that, or raise its floor)",
+        too_stiff(*.implicit)
     )]
     StepUnderflow {
         /// Time of the last good state, s.
@@ -44,21 +44,32 @@ pub enum DynamicsError {
         step: f64,
         /// Estimated error of that step over what the tolerance allows.
         error_ratio: f64,
+        /// Whether the method takes implicit steps.
+        implicit: bool,
     },
     /// The steps have become so short, and stay so, that the end will not be seen.
     /// The integrator still holds the last good state.
     #[error(
-        "at t = {time} s the last {steps} steps have all been shorter than {step:e} s, and the time hardly \
-         goes on: the law is too stiff for this method; take an implicit one (rodas5p, auto), loosen the \
-         tolerance, or choose a shorter longest step to go on all the same"
+        "at t = {time} s the last {steps} steps have been {step:.1e} s long on the average, and the time \
+         hardly goes on: {}, loosen the tolerance, or choose a shorter longest step to go on all the same",
+        too_stiff(*.implicit)
     )]
     Stalled {
         /// Time reached, s.
         time: f64,
-        /// Length that none of the steps reached, s.
+        /// Their mean length, s.
         step: f64,
         /// How many there were.
         steps: u64,
+        /// Whether the method takes implicit steps.
+        implicit: bool,
+    },
+    /// It was told to stop ([`Integrator::heed`](super::Integrator::heed)). The integrator still holds
+    /// the last good state, and what is up to it can be sampled.
+    #[error("told to stop at t = {time} s")]
+    Stopped {
+        /// Time reached, s.
+        time: f64,
     },
     /// A parameter of the method is out of its range.
     #[error("{name} of the integrator is {value:e}: choose it {allowed}")]
@@ -146,6 +157,14 @@ pub enum DynamicsError {
         /// Which vector.
         vector: usize,
     },
+}
+
+/// A law that holds the steps down, and the remedy, which is never the method in use.
+fn too_stiff(implicit: bool) -> &'static str {
+    match implicit {
+        true => "a law too stiff for implicit steps, too: make it less steep",
+        false => "a law too stiff for an explicit method: take rodas5p or auto",
+    }
 }
 
 /// What is not finite, in words. Modes are counted from 1, as scenes do.

@@ -7,9 +7,10 @@ use super::{DynamicsError, System, Tally};
 /// A step may be stretched by this much to end where it must, rather than leave a sliver.
 const STRETCH: f64 = 1.0 + 1e-6;
 
-/// So many steps in a row that crawl ([`Controller::crawl`](super::control::Controller::crawl)) end the
-/// integration: some seconds of work, for nothing that can be seen.
-const MOST_CRAWLING: u64 = 1_000_000;
+/// The progress is looked at every so many steps: some seconds of work. Where these steps crawl
+/// ([`Controller::crawl`](super::control::Controller::crawl)) on the average, the integration ends. On the
+/// average, since single longer steps among them, as implicit ones among explicit ones, get nowhere either.
+const STRETCH_OF_STEPS: u64 = 500_000;
 
 /// What decides on the steps of an integration, and what is counted and known of its state.
 #[derive(Clone, Debug)]
@@ -20,13 +21,23 @@ pub(super) struct Pace {
     pub omega: Vec<f64>,
     /// Size of the present state; of its first-order components, the largest since the start.
     pub size: Size,
-    /// Steps in a row that were too short to get anywhere.
-    pub crawling: u64,
+    /// Whether the method takes implicit steps.
+    pub implicit: bool,
+    /// Steps since the progress was last looked at.
+    pub progress: Progress,
     /// Work done.
     pub tally: Tally,
     /// The largest error over the one allowed among the steps accepted since it was last asked for;
     /// `None` without steps, or where steps are fixed and have no estimate.
     pub largest_ratio: Option<f64>,
+}
+
+/// What some steps have come to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Progress {
+    steps: u64,
+    /// The time that they have covered, s.
+    covered: f64,
 }
 
 impl Pace {
@@ -124,6 +135,7 @@ impl Pace {
                         time: start,
                         step: end - start,
                         error_ratio: ratio,
+                        implicit: self.implicit,
                     }
                 } else {
                     non_finite(stepper, sys, start)
@@ -134,24 +146,27 @@ impl Pace {
         }
     }
 
-    /// Counts steps that are too short to get anywhere, and gives up after too many: the last one, of
+    /// Looks now and then whether steps get anywhere, and gives up where they do not: the last one, of
     /// length `h` (s), ended at time `t` (s).
     fn check_progress(&mut self, t: f64, h: f64) -> Result<(), DynamicsError> {
         let Control::Adaptive(controller) = &self.control else {
             return Ok(());
         };
-        if h >= controller.crawl() {
-            self.crawling = 0;
+        self.progress.steps += 1;
+        self.progress.covered += h;
+        if self.progress.steps < STRETCH_OF_STEPS {
             return Ok(());
         }
-        self.crawling += 1;
-        if self.crawling < MOST_CRAWLING {
+        let Progress { steps, covered } = std::mem::take(&mut self.progress);
+        let mean = covered / steps as f64;
+        if mean >= controller.crawl() {
             return Ok(());
         }
         Err(DynamicsError::Stalled {
             time: t,
-            step: controller.crawl(),
-            steps: std::mem::take(&mut self.crawling),
+            step: mean,
+            steps,
+            implicit: self.implicit,
         })
     }
 

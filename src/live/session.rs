@@ -1,7 +1,7 @@
 //! A session: one run after another, and what may be asked of it.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,8 @@ pub struct Session {
     switch: Arc<Switch>,
     current: Mutex<Current>,
     kicks: AtomicU64,
+    /// Ends a run in the middle of a frame.
+    stop: Arc<AtomicBool>,
 }
 
 struct Current {
@@ -157,6 +159,7 @@ impl Session {
             watcher: plan.watcher,
             source: plan.source,
             kicks: AtomicU64::new(0),
+            stop: Arc::default(),
         }
     }
 
@@ -231,7 +234,11 @@ impl Session {
                 current.helm = Some(helm);
             }
             let mut tee = Tee::new(sinks);
-            let ran = drive(run, &self.command, &mut tee, Monitor::default());
+            let monitor = Monitor {
+                stop: &self.stop,
+                ..Monitor::default()
+            };
+            let ran = drive(run, &self.command, &mut tee, monitor);
             self.current().helm = None;
             last = Some(ran?);
         }
@@ -241,6 +248,7 @@ impl Session {
     pub fn end(&self) {
         let mut current = self.current();
         current.over = true;
+        self.stop.store(true, Ordering::Relaxed);
         if let Some(helm) = &current.helm {
             // It may just have ended by itself.
             let _ = helm.order(Order::End);

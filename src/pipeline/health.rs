@@ -11,7 +11,7 @@ pub(super) struct HealthMeter {
     busy_seconds: f64,
     /// Time covered so far, s.
     covered: f64,
-    /// `None` before a frame has told energies.
+    /// `None` before a frame has told energies after the start.
     audit: Option<f64>,
     /// The largest energy, and so the scale of the audit, J.
     turnover: f64,
@@ -37,12 +37,12 @@ impl HealthMeter {
         // Work is followed to a share of itself and the floor together, and so it is audited: a motion
         // below the floor is made of rounding, which no friction has brought in.
         let scale = self.turnover + FLOOR;
-        if !frame.energy.is_empty() {
-            let residuals = frame.energy.iter().map(|s| s.residual.abs() / scale);
-            // Energies that have left the numbers, of a state that has not yet, miss everything.
-            let told = residuals.map(|share| if share.is_nan() { f64::INFINITY } else { share });
-            self.audit = Some(told.fold(0.0, f64::max));
-        }
+        // At the start, from which the energy is counted, there is nothing to miss.
+        let later = frame.energy.iter().filter(|sample| sample.time > 0.0);
+        let residuals = later.map(|sample| sample.residual.abs() / scale);
+        // Energies that have left the numbers, of a state that has not yet, miss everything.
+        let told = residuals.map(|share| if share.is_nan() { f64::INFINITY } else { share });
+        self.audit = told.reduce(f64::max).or(self.audit);
         let health = Health {
             time: frame.end(),
             real_time_factor: factor(span, frame.busy_seconds - self.busy_seconds),
@@ -65,7 +65,7 @@ impl HealthMeter {
     /// Adds to the summary of a run how it did; what it came to is the analyses' to say.
     pub fn conclude(&self, summary: &mut Summary) {
         summary.real_time_factor = factor(self.covered, self.busy_seconds);
-        summary.audit = self.audit.unwrap_or(0.0);
+        summary.audit = self.audit;
     }
 }
 
@@ -87,6 +87,7 @@ mod tests {
     fn energies_beyond_the_numbers_fail_the_audit() {
         let frame = Frame {
             energy: vec![EnergySample {
+                time: 1e-3,
                 total: f64::INFINITY,
                 residual: f64::INFINITY,
                 ..EnergySample::default()
@@ -102,6 +103,7 @@ mod tests {
     fn energies_below_the_floor_pass_the_audit() {
         let frame = Frame {
             energy: vec![EnergySample {
+                time: 1e-3,
                 total: 1e-30,
                 residual: 1e-30,
                 ..EnergySample::default()
@@ -110,6 +112,28 @@ mod tests {
         };
         let health = HealthMeter::default().measure(&frame, 0, 0, 0);
         assert!(health.audit.unwrap() < 1e-12);
+    }
+
+    /// At the start nothing can be missing: that is no audit yet.
+    #[test]
+    fn the_start_alone_is_not_audited() {
+        let at = |time: f64, residual| Frame {
+            energy: vec![EnergySample {
+                time,
+                total: 1.0,
+                residual,
+                ..EnergySample::default()
+            }],
+            ..Frame::default()
+        };
+        let mut meter = HealthMeter::default();
+        assert_eq!(meter.measure(&at(0.0, 0.0), 0, 0, 0).audit, None);
+        let mut summary = Summary::default();
+        meter.conclude(&mut summary);
+        assert_eq!(summary.audit, None);
+        let audit = meter.measure(&at(1e-3, 0.25), 0, 0, 0).audit;
+        assert!((audit.unwrap() - 0.25).abs() < 1e-9);
+        assert_eq!(meter.measure(&Frame::default(), 0, 0, 0).audit, audit);
     }
 
     #[test]

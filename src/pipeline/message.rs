@@ -694,8 +694,8 @@ pub struct Summary {
     pub tally: Tally,
     /// Contact transitions.
     pub transitions: u64,
-    /// Relative residual of the energy audit at the end; 0 where none is told.
-    pub audit: f64,
+    /// Relative residual of the energy audit at the end; `None` where nothing was audited.
+    pub audit: Option<f64>,
     /// The last exponents; `None` unless asked for, or if the run ended before they settled.
     pub exponents: Option<Exponents>,
     /// How far the two copies had parted at the end; `None` unless asked for.

@@ -19,6 +19,8 @@ mod small_tests;
 mod source;
 mod stages;
 mod steer;
+#[cfg(test)]
+mod stop_tests;
 mod twin;
 
 pub use analyse::{AnalyseError, Analyser};

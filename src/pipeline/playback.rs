@@ -104,8 +104,8 @@ impl Source for Playback {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
     use std::sync::atomic::AtomicBool;
+    use std::sync::{Arc, Mutex};
 
     use super::*;
     use crate::pipeline::message::Record;
@@ -154,7 +154,7 @@ mod tests {
         let last = &samples[samples.len() - 4000..];
         let largest = last.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let progress = Mutex::new(Vec::new());
-        let stop = AtomicBool::new(false);
+        let stop = Arc::new(AtomicBool::new(false));
         let monitor = Monitor {
             stop: &stop,
             progress: &|time| progress.lock().unwrap().push(time),
@@ -162,7 +162,7 @@ mod tests {
         let mut records: Vec<Record> = Vec::new();
         let summary = drive(playback(samples), "analyse", &mut records, monitor).unwrap();
         assert!((summary.simulated - 0.03).abs() < 1e-12);
-        assert_eq!((summary.real_time_factor, summary.audit), (0.0, 0.0));
+        assert_eq!((summary.real_time_factor, summary.audit), (0.0, None));
         assert_eq!(summary.peak_velocity, largest);
         assert!((summary.peaks[0].frequency - 4003.0).abs() < 1.0);
         assert!(!summary.interrupted);

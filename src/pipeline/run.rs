@@ -1,8 +1,8 @@
 //! The threads: simulate -> analyse -> record, with bounded channels between them.
 
 use std::any::Any;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::thread::{Scope, ScopedJoinHandle};
 use std::time::Instant;
 
@@ -23,8 +23,8 @@ const RECORDS_WAITING: usize = 64;
 /// A run as seen from outside: told how far it is, and able to stop it.
 #[derive(Clone, Copy)]
 pub struct Monitor<'a> {
-    /// Set to stop the run at the next frame's border; what was simulated is recorded.
-    pub stop: &'a AtomicBool,
+    /// Set to stop the run at the next step; the samples until then are recorded.
+    pub stop: &'a Arc<AtomicBool>,
     /// Told the time just past each frame (s), from the thread that makes them.
     pub progress: &'a (dyn Fn(f64) + Sync),
 }
@@ -32,7 +32,7 @@ pub struct Monitor<'a> {
 impl Default for Monitor<'_> {
     /// Nobody watches, nobody stops.
     fn default() -> Self {
-        static NEVER: AtomicBool = AtomicBool::new(false);
+        static NEVER: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
         Self {
             stop: &NEVER,
             progress: &|_| (),
@@ -68,12 +68,13 @@ pub fn run(
 /// # Errors
 /// As [`run`].
 pub fn drive(
-    source: impl Source,
+    mut source: impl Source,
     command: &str,
     sink: &mut dyn Sink,
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
     let began = Instant::now();
+    source.heed(monitor.stop);
     let header = Arc::new(source.header(command));
     let analyser = Analyser::new(source.analysis(), &header);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);

@@ -1,6 +1,7 @@
 //! The first station: from a scene to frames.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
@@ -11,7 +12,7 @@ use super::message::{
 use super::prepare::{initial_state, kick, of_joint};
 use super::source::{Steerable, header};
 use super::{PipelineError, Source};
-use crate::dynamics::{Integrator, System};
+use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
 use crate::scene::{AnalysisSpec, Loading, RecordSpec, Scene, Schedule, TiltedJoint};
 
@@ -172,7 +173,14 @@ impl Simulation {
             false => None,
         };
         let labels = self.ball.mode_labels();
-        let velocity = self.ball.sliding_velocity(self.loading.tilt);
+        let rotation = match &self.tilted.rotation {
+            Some(rotation) => rotation.rad_s,
+            None => spec.rotation,
+        };
+        // At a factor of 1, whatever it is at present.
+        let mut turning = self.ball.clone();
+        turning.set_rotation(rotation);
+        let velocity = turning.sliding_velocity(self.loading.tilt);
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [_, largest_load] = self.tilted.load_span();
         let mut pressed = self.ball.clone();
@@ -196,15 +204,12 @@ impl Simulation {
                 triangles: surface.triangles,
                 shapes: surface.shapes,
             }),
-            rotation: match &self.tilted.rotation {
-                Some(rotation) => rotation.rad_s,
-                None => spec.rotation,
-            },
+            rotation,
             rotation_span: self.tilted.rotation_span(),
             load_span: self.tilted.load_span(),
             ball_radius: self.ball.ball_radius(),
             patch_radius: pressed.patch_radius(),
-            sliding_speed: speed / self.loading.rotation_factor,
+            sliding_speed: speed,
         }
     }
 
@@ -290,6 +295,10 @@ impl Source for Simulation {
         &self.scene.analysis
     }
 
+    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+        self.integrator.heed(Arc::clone(stop));
+    }
+
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
         if self.is_over() {
             return Ok(None);
@@ -297,7 +306,10 @@ impl Source for Simulation {
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        self.follow_loading(t0)?;
+        match self.follow_loading(t0) {
+            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
+            other => other?,
+        }
         let count = self.frame_length();
         let modes = self.joint.modes();
         let mut frame = Frame {
@@ -319,7 +331,10 @@ impl Source for Simulation {
         let energy_every = stride(rate, record.energy_rate);
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
-            self.integrator.sample(&self.joint, time, &mut self.z)?;
+            match self.integrator.sample(&self.joint, time, &mut self.z) {
+                Err(DynamicsError::Stopped { .. }) => break,
+                other => other?,
+            }
             let (q, v) = self.z[..2 * modes].split_at(modes);
             frame.q.extend_from_slice(q);
             frame.qdot.extend_from_slice(v);
@@ -356,7 +371,11 @@ impl Source for Simulation {
                 &mut frame,
             )?;
         }
-        self.next_sample += count;
+        // Fewer than planned where it was told to stop.
+        if frame.is_empty() {
+            return Ok(None);
+        }
+        self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.tally = self.integrator.tally();

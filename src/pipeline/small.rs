@@ -1,5 +1,7 @@
 //! The first station of a small system: from a scene to frames.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
@@ -7,6 +9,7 @@ use super::message::{Frame, Header, Shown, SmallInfo, StatusInfo, StatusKind, Su
 use super::prepare::kick;
 use super::source::{Steerable, header};
 use super::{PipelineError, Prepared, Source, prepare};
+use crate::dynamics::DynamicsError;
 use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
@@ -81,6 +84,10 @@ impl Source for SmallSimulation {
         &self.scene.analysis
     }
 
+    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+        self.prepared.integrator.heed(Arc::clone(stop));
+    }
+
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
         if self.is_over() {
             return Ok(None);
@@ -108,7 +115,10 @@ impl Source for SmallSimulation {
         };
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
-            integrator.sample(system.as_ref(), time, z)?;
+            match integrator.sample(system.as_ref(), time, z) {
+                Err(DynamicsError::Stopped { .. }) => break,
+                other => other?,
+            }
             frame.q.push(z[0]);
             frame.qdot.push(z[1]);
             frame.displacement.push(z[0]);
@@ -120,11 +130,15 @@ impl Source for SmallSimulation {
             self.along
                 .follow(system.as_ref(), integrator, reached, probe, &mut frame)?;
         }
+        // Fewer samples than planned where it was told to stop.
+        if frame.is_empty() {
+            return Ok(None);
+        }
         frame.tally = integrator.tally();
         frame.error = integrator.take_error_estimate();
         frame.transitions = frame.tally.crossings - self.crossings;
         self.crossings = frame.tally.crossings;
-        self.next_sample += count;
+        self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.busy_seconds = self.busy_seconds;

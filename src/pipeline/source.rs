@@ -1,5 +1,8 @@
 //! Where frames come from.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Shown, Subject};
 use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
@@ -13,7 +16,14 @@ pub trait Source: Send {
     /// The analyses of the run.
     fn analysis(&self) -> &AnalysisSpec;
 
-    /// The next frame, which starts where the last one ended; `None` after the last one.
+    /// Takes a flag that ends the run once it is true: then a frame that is being made ends with the last
+    /// sample that is known. A source whose frames take no time need not look at it.
+    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+        let _ = stop;
+    }
+
+    /// The next frame, which starts where the last one ended; `None` after the last one,
+    /// and where it was told to stop before there was a sample.
     ///
     /// # Errors
     /// When there is a next frame, but it cannot be made.
@@ -78,6 +88,10 @@ impl Source for Box<dyn Source> {
 
     fn analysis(&self) -> &AnalysisSpec {
         self.as_ref().analysis()
+    }
+
+    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+        self.as_mut().heed(stop);
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {

@@ -1,5 +1,6 @@
 //! A run that somebody steers: it goes on until it is ended, at a pace, and takes orders meanwhile.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -283,6 +284,10 @@ impl Source for Steered {
 
     fn is_over(&self) -> bool {
         self.ended
+    }
+
+    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+        self.source.heed(stop);
     }
 }
 

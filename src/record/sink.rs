@@ -3,7 +3,7 @@
 use std::{
     fmt,
     mem::ManuallyDrop,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -104,6 +104,14 @@ impl fmt::Debug for Notice {
 }
 
 impl RerunSink {
+    /// Where the recording is until it is whole; `None` without a file.
+    pub fn part(&self) -> Option<&Path> {
+        match &self.end {
+            End::File { part, .. } => Some(part.part()),
+            End::Viewer(_) => None,
+        }
+    }
+
     /// Opens file and viewer; nothing that exists is changed yet.
     ///
     /// # Errors

@@ -319,7 +319,7 @@ pub fn summarise(
         Subject::Joint(_) => format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \
              time; {steps} steps, {rejections} rejected, {calls} right-hand sides, {transitions} \
-             contact transitions; energy audit {audit:.1e}",
+             contact transitions; {audit}",
             amplitude = 1e6 * summary.amplitude,
             peak = 1e3 * summary.peak_velocity,
             factor = summary.real_time_factor,
@@ -327,7 +327,10 @@ pub fn summarise(
             rejections = summary.tally.rejections,
             calls = summary.tally.calls,
             transitions = summary.transitions,
-            audit = summary.audit,
+            audit = match summary.audit {
+                Some(residual) => format!("energy audit {residual:.1e}"),
+                None => "energy not audited".to_owned(),
+            },
         ),
         Subject::Small(ref small) => format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \

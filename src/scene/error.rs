@@ -239,20 +239,24 @@ fn did_you_mean(nearest: &Option<String>) -> String {
         .unwrap_or_default()
 }
 
-/// The candidate spelt most like `word`, if any is close enough to be a likely misspelling.
+/// Below this likeness (0 to 1) a suggestion confuses more than it helps.
+pub(super) const CLOSE: f64 = 0.5;
+/// From this likeness (0 to 1) on it is hardly anything but a misspelling.
+pub(super) const VERY_CLOSE: f64 = 0.75;
+
+/// The candidate spelt most like `word`, if any is as `close` (0 to 1) as that.
 pub(super) fn nearest<'c>(
     word: &str,
     candidates: impl IntoIterator<Item = &'c str>,
+    close: f64,
 ) -> Option<&'c str> {
-    /// Below this similarity (0 to 1) a suggestion confuses more than it helps.
-    const CLOSE: f64 = 0.5;
     candidates
         .into_iter()
         .map(|candidate| {
             let likeness = strsim::normalized_damerau_levenshtein(word, candidate);
             (likeness, candidate)
         })
-        .filter(|(likeness, _)| *likeness >= CLOSE)
+        .filter(|(likeness, _)| *likeness >= close)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
 }
@@ -270,6 +274,8 @@ pub enum SceneWarning {
         mu_d: f64,
     },
     /// The run ends before tilt, load or rotation have gone through their whole schedule.
+    ///
+    /// A change at the very end counts, too: no sample is later.
     ScheduleCutShort {
         /// Which of them.
         of: &'static str,
@@ -277,6 +283,15 @@ pub enum SceneWarning {
         duration: f64,
         /// Time of the schedule's last knot or step, s.
         last: f64,
+    },
+    /// Points of tilt, load or rotation follow each other faster than the joint follows them.
+    PointsWithinFrame {
+        /// Which of them.
+        of: &'static str,
+        /// Time of the later of the two points, s.
+        time: f64,
+        /// Length of a frame, s.
+        frame: f64,
     },
     /// The run ends before something that it asks for has begun.
     NeverBegins {
@@ -299,9 +314,21 @@ impl fmt::Display for SceneWarning {
             ),
             Self::ScheduleCutShort { of, duration, last } => write!(
                 f,
-                "the run ends at {} ms, before the last change of the {of} at {} ms",
+                "the run ends at {} ms, {} the last change of the {of} at {} ms",
                 duration * 1e3,
+                match last > duration {
+                    true => "before",
+                    false => "too early for",
+                },
                 last * 1e3
+            ),
+            Self::PointsWithinFrame { of, time, frame } => write!(
+                f,
+                "the {of} has a knot at {} ms that is less than a frame after the one before, and is looked at \
+                 only where a frame starts, every {} ms: what is between is not seen; make time.frame_samples \
+                 smaller, or use steps",
+                time * 1e3,
+                frame * 1e3
             ),
             Self::NeverBegins {
                 key,

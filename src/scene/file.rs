@@ -9,7 +9,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::error::{Fault, Place, SceneError, nearest};
+use super::error::{CLOSE, Fault, Place, SceneError, VERY_CLOSE, nearest};
 use super::keys::{ALL, Key, Otherwise, split};
 use super::kind::{Kind, Mismatch, Tables};
 
@@ -229,14 +229,20 @@ impl<'t> Document<'t> {
                 .find(|path| split(path).1 == wanted)
                 .map(str::to_owned)
         };
-        // The right name in the wrong table, else a misspelling here, else one anywhere.
-        let nearest = named(name.get_ref())
-            .or_else(|| {
-                nearest(&name_written, siblings.iter().copied()).map(|name| join(table, name))
-            })
-            .or_else(|| {
-                nearest(&name_written, ALL.iter().map(|key| split(key.path()).1)).and_then(named)
-            });
+        let here = |close| {
+            let siblings = siblings.iter().copied();
+            nearest(&name_written, siblings, close).map(|name| join(table, name))
+        };
+        let anywhere = || {
+            let names = ALL.iter().map(|key| split(key.path()).1);
+            nearest(&name_written, names, VERY_CLOSE).and_then(named)
+        };
+        // A likely misspelling of a key of this table, else the right name in the wrong table, else what
+        // may be a misspelling of a key of this table, else a likely one of a key of another.
+        let nearest = here(VERY_CLOSE)
+            .or_else(|| named(name.get_ref()))
+            .or_else(|| here(CLOSE))
+            .or_else(anywhere);
         let place = match table {
             "" => "the top level".to_owned(),
             table => format!("[{table}]"),

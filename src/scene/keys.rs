@@ -178,8 +178,8 @@ const FORCE: Number = number(Newton, Range::Positive(1e6));
 /// What a tilt must be.
 const ANGLE: Number = number(Degree, Range::Closed(-90.0, 90.0));
 
-/// What a factor on the rotation must be. At 0 nothing would slide.
-const FACTOR: Number = number(One, Range::Positive(1000.0));
+/// What a factor on the rotation must be. At 0 the ball stands still, and the contact sticks.
+const FACTOR: Number = number(One, Range::Closed(0.0, 1000.0));
 
 /// What the frequency of a sine must be, whatever the frames.
 const SINE_FREQUENCY: Number = number(Hertz, Range::Positive(1e5));
@@ -341,6 +341,8 @@ keys! {
     FACTOR_STEPS: Tables = "rotation.factor_steps", ONE_FACTOR, POINTS;
     /// The same as knots from a CSV file, named from the scene file's folder: a line `time_ms,factor`, then a knot a line.
     FACTOR_CSV: Text = "rotation.factor_csv", ONE_FACTOR, Text;
+    /// Whether the turning of the vibration with the ball, Omega x u, is part of the slip velocity, as Eq. (4) can be read; about 1e-4 of the rest.
+    CONVECTION: Flag = "rotation.convection", Default("false"), Flag;
 
     /// Time of the knot; later than the one before.
     FACTOR_KNOT_TIME: Number = "rotation.factor.time_ms", Required, MOMENT;
@@ -354,15 +356,12 @@ keys! {
 
     /// Factor that it swings about; a sine is `mean + amplitude sin(2 pi frequency t + phase)`.
     FACTOR_MEAN: Number = "rotation.factor_sine.mean", Required, FACTOR;
-    /// How far it goes from there; smaller than the mean.
+    /// How far it goes from there; at most the mean.
     FACTOR_AMPLITUDE: Number = "rotation.factor_sine.amplitude", Required, number(One, Range::Closed(0.0, 1000.0));
     /// Frequency; the sine is looked at where a frame starts (every 1.28 ms by default), and a period is at least 20 frames.
     FACTOR_FREQUENCY: Number = "rotation.factor_sine.frequency_hz", Required, SINE_FREQUENCY;
     /// Phase at time 0.
     FACTOR_PHASE: Number = "rotation.factor_sine.phase_deg", Default("0"), PHASE;
-
-    /// Whether the turning of the vibration with the ball, Omega x u, is part of the slip velocity, as Eq. (4) can be read; about 1e-4 of the rest.
-    CONVECTION: Flag = "rotation.convection", Default("false"), Flag;
 
     /// Number of contact nodes.
     NODES: Count = "contact.nodes", Default("100"), Count { min: 1, max: 10_000 };

@@ -5,7 +5,7 @@ use std::fmt;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::error::nearest;
+use super::error::{CLOSE, nearest};
 use super::spec::{Amount, Setting, StateCoordinate};
 use super::units::Unit;
 
@@ -237,7 +237,7 @@ impl<T: Clone + Sync> Kind for Choice<T> {
             .iter()
             .find(|(name, _)| *name == word)
             .map(|(_, meaning)| meaning.clone())
-            .ok_or_else(|| Mismatch::Choice(nearest(word, self.options.iter().map(|o| o.0))))
+            .ok_or_else(|| Mismatch::Choice(nearest(word, self.options.iter().map(|o| o.0), CLOSE)))
     }
 
     fn allowed(&self) -> String {

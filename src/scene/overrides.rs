@@ -76,11 +76,24 @@ impl Scene {
             (&keys::FACTOR_SCHEDULE, factor),
         ] {
             let last = schedule.and_then(Schedule::last_point);
-            if let Some(last) = last.filter(|last| *last > self.duration) {
+            let steps = schedule
+                .and_then(|schedule| schedule.jumps().last())
+                .is_some();
+            // A knot at the very end has its line before it; a step there has nothing after it.
+            let too_late = |last: &f64| *last > self.duration || steps && *last == self.duration;
+            if let Some(last) = last.filter(too_late) {
                 warnings.push(SceneWarning::ScheduleCutShort {
                     of: keys.word,
                     duration: self.duration,
                     last,
+                });
+            }
+            let frame = self.frame_samples as f64 / self.sample_rate;
+            if let Some(time) = schedule.and_then(|schedule| schedule.knot_within(frame)) {
+                warnings.push(SceneWarning::PointsWithinFrame {
+                    of: keys.word,
+                    time,
+                    frame,
                 });
             }
         }

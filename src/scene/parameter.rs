@@ -5,7 +5,7 @@ use std::fmt;
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::error::{Fault, Place, SceneError, nearest};
+use super::error::{CLOSE, Fault, Place, SceneError, nearest};
 use super::keys::{
     ALL, Entry, FACTOR_SCHEDULE, LOAD, LOAD_SCHEDULE, ROTATION, ScheduleKeys, TILT, TILT_SCHEDULE,
     is_of_a_schedule, split,
@@ -48,7 +48,7 @@ impl Parameter {
         }
         let nearest = match namesakes.first() {
             Some(namesake) => Some(namesake.path().to_owned()),
-            None => nearest(name, keys().map(|key| key.path())).map(str::to_owned),
+            None => nearest(name, keys().map(|key| key.path()), CLOSE).map(str::to_owned),
         };
         let unknown = Fault::UnknownKey {
             key: name.to_owned(),

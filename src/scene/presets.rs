@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::error::{SceneError, nearest};
+use super::error::{CLOSE, SceneError, nearest};
 use super::spec::Scene;
 
 /// A scene that comes with the program.
@@ -110,7 +110,7 @@ fn unknown(name: &str) -> SceneError {
     let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
     SceneError::UnknownScene {
         name: name.to_owned(),
-        nearest: nearest(name, names.iter().copied()).map(str::to_owned),
+        nearest: nearest(name, names.iter().copied(), CLOSE).map(str::to_owned),
         known: names.join(", "),
     }
 }

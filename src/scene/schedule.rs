@@ -127,6 +127,19 @@ impl Schedule {
         pairs.map(|pair| pair[1].0)
     }
 
+    /// Time (s) of the first knot that follows the one before by less than `span` (s) and has another value.
+    /// Steps are not looked at: they are landed on.
+    pub fn knot_within(&self, span: f64) -> Option<f64> {
+        let Course::Lines(knots) = &self.0 else {
+            return None;
+        };
+        let mut pairs = knots.windows(2);
+        // A knot a frame, however rounded, is allowed.
+        let close = |pair: &&[(f64, f64)]| pair[1].0 - pair[0].0 < span * (1.0 - 1e-9);
+        let pair = pairs.find(|pair| pair[0].1 != pair[1].1 && close(pair))?;
+        Some(pair[1].0)
+    }
+
     /// Time of the last knot or step, s; `None` for a sine, which has none.
     pub fn last_point(&self) -> Option<f64> {
         match &self.0 {

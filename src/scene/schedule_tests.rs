@@ -163,8 +163,8 @@ fn what_a_function_would_reach_must_be_allowed() {
             ":1: `load.load_steps.load_n` = 0 is out of range",
         ),
         (
-            "rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = 0 }]",
-            ":1: `rotation.factor.factor` = 0 is out of range; it must be a number above 0",
+            "rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = -1 }]",
+            ":1: `rotation.factor.factor` = -1 is out of range; it must be a number from 0 to 1000",
         ),
         (
             "rotation.rad_s = [0, 20, 0]\nrotation.factor = [{ time_ms = 0, factor = 600 }]",
@@ -308,7 +308,14 @@ fn a_faulty_file_is_told_by_its_name_and_line() {
             "1: `load.tilt_csv`: the columns are not named as they should be; begin with the line `time_ms,tilt_deg`",
         ),
         ("", "1: `load.tilt_csv`: the columns"),
-        ("time_ms;tilt_deg\n0;1\n", "1: `load.tilt_csv`: the columns"),
+        (
+            "time_ms;tilt_deg\n0;1\n",
+            "1: `load.tilt_csv`: its columns are parted by semicolons; part them by commas",
+        ),
+        (
+            "# tabs\ntime_ms\ttilt_deg\n0\t1\n",
+            "2: `load.tilt_csv`: its columns are parted by tabs; part them by commas",
+        ),
         (
             "time_ms,tilt_deg\n\n# none\n",
             "3: `load.tilt_csv`: there is no knot",
@@ -372,9 +379,13 @@ fn a_file_that_cannot_be_read_is_told_where_it_is_named() {
     assert!(message.contains("cannot be read"), "{message}");
     let message = refusal("load.tilt_csv = \"/dev/zero\"");
     #[cfg(unix)]
-    assert!(message.contains("is larger than"), "{message}");
+    assert!(message.contains("is no regular file"), "{message}");
     #[cfg(not(unix))]
     assert!(message.contains("cannot be read"), "{message}");
+    let large = " ".repeat(5 << 20);
+    let (_folder, scene) = beside("tilt.csv", &large, "load.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("refused").to_string();
+    assert!(message.contains("is larger than"), "{message}");
 }
 
 #[test]
@@ -436,4 +447,46 @@ fn changes_after_the_end_are_warned_of() {
     let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
     let expected = "the run ends at 10 ms, before the last change of the load at 12 ms";
     assert_eq!(warnings, [expected]);
+    // No sample is later than a step at the very end; a line to there is followed.
+    let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 10, load_n = 2 }]\n\
+                 rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
+    let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
+    let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
+    let expected = "the run ends at 10 ms, too early for the last change of the load at 10 ms";
+    assert_eq!(warnings, [expected]);
+}
+
+/// A frame has 256 samples of 200 kHz.
+#[test]
+fn knots_between_two_looks_are_warned_of() {
+    let warned = |knots: &str| {
+        let lines = format!("load.load = [{knots}]");
+        let scene = Scene::parse("mine.toml", text(&lines)).expect("valid");
+        let warnings = scene.warnings();
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let steep = "{ time_ms = 1, load_n = 1 }, { time_ms = 1.5, load_n = 2 }";
+    assert!(warned(steep)[0].contains("a knot at 1.5 ms that is less than a frame after"));
+    let level = "{ time_ms = 1, load_n = 1 }, { time_ms = 1.5, load_n = 1 }";
+    assert!(warned(level).is_empty());
+    let frames = "{ time_ms = 1.28, load_n = 1 }, { time_ms = 2.56, load_n = 2 }";
+    assert!(warned(frames).is_empty());
+}
+
+/// Nothing turns: the contact sticks, as where the rotation is 0 throughout.
+#[test]
+fn the_rotation_may_come_to_rest() {
+    use crate::pipeline::{Monitor, run};
+
+    let lines = "rotation.factor_steps = [{ time_ms = 0, factor = 0 }, { time_ms = 3, factor = 1 }, \
+                 { time_ms = 6, factor = 0 }]";
+    let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
+    let mut records = Vec::new();
+    let summary = run(&scene, "test", &mut records, Monitor::default()).expect("runs");
+    assert!(summary.amplitude.is_finite());
+    let crate::pipeline::message::Record::Header(header) = &records[0] else {
+        panic!("the header comes first");
+    };
+    let speed = header.joint().expect("a joint").sliding_speed;
+    assert!(speed > 0.0 && speed.is_finite(), "{speed}");
 }

@@ -138,6 +138,13 @@ fn every_key_is_known_once_and_has_its_unit_in_its_name() {
 fn the_guide_lists_every_key_as_the_program_knows_it() {
     let guide = include_str!("../guide/scenes.md");
     let reference = key_reference();
+    let headings: Vec<&str> = reference
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .collect();
+    for (k, heading) in headings.iter().enumerate() {
+        assert!(!headings[..k].contains(heading), "{heading} stands twice");
+    }
     assert!(
         guide.ends_with(&reference),
         "src/guide/scenes.md must end with this reference:\n{reference}"
@@ -216,6 +223,11 @@ fn unknown_keys_name_line_and_nearest() {
          [load] knows load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
          load_sine, tilt_sine"
     );
+    assert!(
+        refusal_with("[record]\nenergy_rate = 1\n")
+            .contains("did you mean `record.energy_rate_khz`")
+    );
+    assert!(!refusal_with("[analysis.nope]\n").contains("did you mean"));
     let wrong_table = refusal_with("azimuth_deg = 3\n");
     assert!(wrong_table.starts_with("mine.toml:6: unknown key `time.azimuth_deg`"));
     assert!(wrong_table.contains("did you mean `load.azimuth_deg`?"));

@@ -4,18 +4,26 @@
 //! without it: passes over the contact nodes at a state of the scene's own vibration, the simulation from
 //! its start, the analyses on the frames of that simulation, the recording. What is off costs nothing; what
 //! is told of it is what it would cost.
+//!
+//! Work with and work without take turns, round after round, so that a machine that slows down slows down both;
+//! what is told is the mean of the differences, and the half-width of its interval of 95 %. What is done once,
+//! before the first sample, is not part of the cost of a simulated second, and is told apart.
 
+mod bench;
+mod joint;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-use super::cost::timed;
-use crate::dynamics::System;
-use crate::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
+pub use bench::Measured;
+use bench::{Bench, Rounds, timed};
+use joint::of_the_joint;
+
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
-use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene, TiltedJoint};
+use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 
 /// An effect in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,9 +36,27 @@ pub struct Effect {
     pub on: bool,
     /// How, in words; empty where it is off.
     pub setting: String,
-    /// CPU time that it takes, or would take, of a simulated second, s. Where it is less than the time
-    /// scatters, about zero and of either sign.
-    pub seconds: Option<f64>,
+    /// CPU time that it takes, or would take, of a simulated second, s; or why that cannot be told.
+    pub cost: Result<Measured, Untold>,
+    /// CPU time that it takes once, before the first sample, s; `None` where it takes none worth telling.
+    pub setup: Option<Measured>,
+}
+
+/// Why the cost of an effect cannot be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Untold {
+    /// Nothing comes of it in a run this short.
+    #[error("the run is shorter than its window")]
+    ShorterThanWindow,
+    /// What a recording takes once is far more than what so short a run takes.
+    #[error("the run is too short to tell")]
+    TooShort,
+    /// The scene's file leaves no room for its table.
+    #[error("its table cannot be added to this scene")]
+    NoRoom,
+    /// Others take their choices from it.
+    #[error("others take their choices from it")]
+    Needed,
 }
 
 /// The effects of a scene.
@@ -40,6 +66,8 @@ pub struct Effects {
     pub effects: Vec<Effect>,
     /// CPU time of a simulated second with all that is on, without the recording, s.
     pub whole: f64,
+    /// CPU time until the first sample, without the recording, s.
+    pub setup: f64,
     /// Calls of the right-hand side in a simulated second.
     pub calls: f64,
     /// CPU time of a call, s.
@@ -55,24 +83,19 @@ pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
 /// Is told the share of the work that is done, and answers whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(f64) -> bool;
 
-/// The longest stretch that is simulated, s.
+/// The longest stretch that is simulated, s, where no window is longer.
 const STRETCH: f64 = 0.1;
 
-/// Runs of each setting, of which the median counts.
-const REPEATS: usize = 3;
+/// The longest stretch over the longest window of what is on.
+const WINDOWS: f64 = 1.5;
 
-/// Passes over the nodes that are timed together, so many nodes times modes.
-const PASSED: usize = 8_000_000;
+/// A recording that is this part of another tells what both take once.
+const SHORT: f64 = 0.125;
 
-/// Typical numbers of what is off.
-const STRIBECK: Stribeck = Stribeck {
-    mu_s: 0.55,
-    mu_d: 0.25,
-    creep: 1000.0,
-    stribeck: 10.0,
-};
-const DISSIPATION: f64 = 1.0;
-const DAMPING_RATIO: f64 = 1e-3;
+/// The shortest run whose recording is measured, s.
+const SHORTEST: f64 = 5e-3;
+
+/// The rate of a picture that is off, Hz.
 const USUAL_RATE: f64 = 2e3;
 
 /// An analysis of its own table, and how to take it away.
@@ -81,35 +104,38 @@ struct Analysis {
     table: &'static str,
     is_on: fn(&AnalysisSpec) -> bool,
     take_away: fn(&mut AnalysisSpec),
+    /// How long it takes until something comes of it, s.
+    window: fn(&AnalysisSpec) -> Option<f64>,
 }
 
 macro_rules! analyses {
-    ($($name:literal, $field:ident;)*) => {
+    ($($name:literal, $field:ident, $window:expr;)*) => {
         [$(Analysis {
             name: $name,
             table: concat!("analysis.", stringify!($field)),
             is_on: |spec| spec.$field.is_some(),
             take_away: |spec| spec.$field = None,
+            window: |spec| spec.$field.as_ref().map($window),
         }),*]
     };
 }
 
 /// Those that look at samples.
 const ANALYSES: [Analysis; 8] = analyses! {
-    "spectrum", spectrum;
-    "spectrogram", spectrogram;
-    "delay and dimension", delay;
-    "recurrence plot", recurrence;
-    "recurrence quantification", quantification;
-    "Poincare section", section;
-    "exponent and 0-1 test of samples", chaos;
-    "regime", regime;
+    "spectrum", spectrum, |of| of.window;
+    "spectrogram", spectrogram, |of| of.sliding.window;
+    "delay and dimension", delay, |of| of.sliding.window;
+    "recurrence plot", recurrence, |of| of.sliding.window;
+    "recurrence quantification", quantification, |of| of.sliding.window;
+    "Poincare section", section, |of| of.every;
+    "exponent and 0-1 test of samples", chaos, |of| of.sliding.window;
+    "regime", regime, |of| of.sliding.window;
 };
 
 /// Those that go along with the simulation.
 const COMPANIONS: [Analysis; 2] = analyses! {
-    "Lyapunov exponents", exponents;
-    "butterfly: a second copy", butterfly;
+    "Lyapunov exponents", exponents, |of| of.settle + of.every;
+    "butterfly: a second copy", butterfly, |of| of.start + of.every;
 };
 
 /// What is recorded at a rate of its own.
@@ -146,177 +172,264 @@ impl Sink for Nowhere {
     }
 }
 
-/// Measures the effects of a scene. `None` if `watch` says no.
+/// Measures the effects of a scene; `stop` is heeded within runs, too. `None` if `watch` says no.
 ///
 /// # Errors
 /// If the scene cannot be simulated, analysed or recorded.
 pub fn effects(
     scene: &Scene,
     record: Record<'_>,
+    stop: &Arc<AtomicBool>,
     watch: Watch<'_>,
 ) -> Result<Option<Effects>, Cause> {
-    let steps = 15.0 + (ANALYSES.len() + COMPANIONS.len()) as f64;
-    let mut done = 0.0;
-    let mut goes_on = || {
-        done += 1.0;
-        watch((done / steps).min(1.0))
+    let bare = bare(scene);
+    let mut bench = Bench { watch, stage: 0.0 };
+    if !bench.goes_on(0.0) {
+        return Ok(None);
+    }
+    // Beside the simulation, each by itself.
+    let events = scene.integrator.events == Events::Exact;
+    let mut variants = vec![bare.clone(), bare.clone()];
+    variants[1].integrator.events = match events {
+        true => Events::Through,
+        false => Events::Exact,
     };
-    let mut bare = scene.clone().without_analyses();
-    bare.duration = scene.duration.min(STRETCH);
-    let (frames, simulated) = timed(REPEATS, || simulate(&bare));
+    let companions = COMPANIONS.map(|kind| {
+        let with = added(scene, &kind).ok_or(Untold::NoRoom)?;
+        if (kind.window)(&with.analysis).is_some_and(|window| window > bare.duration) {
+            return Err(Untold::ShorterThanWindow);
+        }
+        let mut beside = bare.clone();
+        beside.analysis = with.analysis;
+        for other in COMPANIONS.iter().filter(|other| other.table != kind.table) {
+            (other.take_away)(&mut beside.analysis);
+        }
+        for other in ANALYSES {
+            (other.take_away)(&mut beside.analysis);
+        }
+        variants.push(beside);
+        Ok(variants.len() - 1)
+    });
+    let (mut simulated, mut setups) = (None, Vec::new());
+    let runs = bench.rounds(variants.len(), &mut |variant| {
+        let (source, setup) = timed(|| source(&variants[variant]));
+        let source = source?;
+        let (ran, seconds) = timed(|| simulate(source, bare.duration, stop));
+        if variant == 0 {
+            setups.push(setup);
+            simulated = Some(ran?);
+        } else {
+            ran?;
+        }
+        Ok(seconds / bare.duration)
+    })?;
+    let (Some(runs), Some(simulated)) = (runs, simulated) else {
+        return Ok(None);
+    };
     let Simulated {
         header,
         frames,
         calls,
-    } = frames?;
-    if !goes_on() {
-        return Ok(None);
-    }
-    let mut effects = Vec::new();
-    let mut call = 0.0;
-    if let Ok(tilted) = scene.joint() {
-        let ball = BallJoint::new(&tilted.spec)?;
-        let model = ball.model(tilted.tilt.at(0.0))?;
-        let passes = Passes::new(&model, &frames);
-        call = passes.time(&model);
-        for (name, key, on, setting, other) in of_the_nodes(&model) {
-            if !goes_on() {
-                return Ok(None);
-            }
-            let [with, without] = match on {
-                true => [call, passes.time(&other)],
-                false => [passes.time(&other), call],
-            };
-            effects.push(Effect {
-                name,
-                key,
-                on,
-                setting,
-                seconds: Some((with - without) * calls),
-            });
-        }
-        effects.extend(functions_of_time(tilted, scene, &ball)?);
-    }
-    // Beside the simulation, each by itself.
-    let events = scene.integrator.events == Events::Exact;
-    let mut exact = bare.clone();
-    exact.integrator.events = match events {
-        true => Events::Through,
-        false => Events::Exact,
-    };
-    let beside = |other: &Scene, on: bool| {
-        let (ran, time) = timed(REPEATS, || simulate(other));
-        ran?;
-        let sign = if on { -1.0 } else { 1.0 };
-        Ok::<_, Cause>(Some(sign * (time - simulated) / bare.duration))
-    };
-    effects.push(Effect {
+    } = simulated;
+    let mut beside = vec![Effect {
         name: "steps that end at events",
         key: "time.events",
         on: events,
         setting: words(events, "exact"),
-        seconds: beside(&exact, events)?,
-    });
-    let mut whole = simulated / bare.duration;
-    for kind in COMPANIONS {
-        if !goes_on() {
-            return Ok(None);
-        }
+        cost: Ok(match events {
+            true => runs.difference(0, 1),
+            false => runs.difference(1, 0),
+        }),
+        setup: None,
+    }];
+    let mut whole = runs.of(0).mean;
+    for (kind, variant) in COMPANIONS.iter().zip(companions) {
         let on = (kind.is_on)(&scene.analysis);
-        let seconds = match added(scene, &kind) {
-            None => None,
-            Some(with) => {
-                let mut with_it = bare.clone();
-                with_it.analysis.exponents = with.analysis.exponents;
-                with_it.analysis.butterfly = with.analysis.butterfly;
-                for other in COMPANIONS.iter().filter(|other| other.table != kind.table) {
-                    (other.take_away)(&mut with_it.analysis);
-                }
-                beside(&with_it, false)?
-            }
-        };
+        let cost = variant.map(|variant| runs.difference(variant, 0));
         if on {
-            whole += seconds.unwrap_or(0.0);
+            whole += cost.map_or(0.0, |cost| cost.mean);
         }
-        effects.push(Effect {
-            name: kind.name,
-            key: kind.table,
-            on,
-            setting: words(on, "on"),
-            seconds,
-        });
+        beside.push(kind.effect(on, cost));
     }
-    let look = |spec: &AnalysisSpec| -> Result<f64, Cause> {
-        let (ran, time) = timed(REPEATS, || analyse(spec, &header, &frames));
-        ran?;
-        Ok(time / bare.duration)
-    };
-    let mut spec = scene.analysis.clone();
-    for kind in COMPANIONS {
-        (kind.take_away)(&mut spec);
-    }
-    let all = look(&spec)?;
-    whole += all;
-    for kind in ANALYSES {
-        if !goes_on() {
+
+    let (mut all, mut call) = (Vec::new(), 0.0);
+    if let Ok(tilted) = scene.joint() {
+        let Some((of_a_call, found)) = of_the_joint(scene, tilted, &frames, calls, &mut bench)?
+        else {
             return Ok(None);
-        }
-        let on = (kind.is_on)(&spec);
-        let seconds = match on {
-            true => {
-                let mut without = spec.clone();
-                (kind.take_away)(&mut without);
-                // What takes its choice from it goes, too: then they cannot be told apart.
-                look(&without).ok().map(|time| all - time)
-            }
-            false => match added(scene, &kind) {
-                None => None,
-                Some(with) => {
-                    let mut with = with.analysis;
-                    for kind in COMPANIONS {
-                        (kind.take_away)(&mut with);
-                    }
-                    Some(look(&with)? - all)
-                }
-            },
         };
-        effects.push(Effect {
-            name: kind.name,
-            key: kind.table,
-            on,
-            setting: words(on, "on"),
-            seconds,
-        });
+        (call, all) = (of_a_call, found);
     }
+    all.extend(beside);
+
+    let Some((seconds, found)) = of_the_samples(scene, &bare, &header, &frames, &mut bench)? else {
+        return Ok(None);
+    };
+    whole += seconds;
+    all.extend(found);
     if scene.joint().is_ok() {
-        let (recorded, all) = timed(REPEATS, || record(&bare));
-        recorded?;
-        for kind in PICTURES {
-            if !goes_on() {
-                return Ok(None);
-            }
-            let mut other = bare.clone();
-            let rate = (kind.rate)(&mut other.record);
-            let (khz, on) = (1e-3 * *rate, *rate > 0.0);
-            *rate = if on { 0.0 } else { USUAL_RATE };
-            let (recorded, time) = timed(REPEATS, || record(&other));
-            recorded?;
-            let sign = if on { 1.0 } else { -1.0 };
-            effects.push(Effect {
-                name: kind.name,
-                key: kind.key,
-                on,
-                setting: words(on, &format!("{khz} a ms, with the recording of it")),
-                seconds: Some(sign * (all - time) / bare.duration),
-            });
-        }
+        let Some(found) = of_the_pictures(&bare, record, &mut bench)? else {
+            return Ok(None);
+        };
+        all.extend(found);
     }
     Ok(Some(Effects {
-        effects,
+        effects: all,
         whole,
+        // The first one found the caches cold, as that of a run does.
+        setup: setups.first().copied().unwrap_or(0.0),
         calls,
         call,
     }))
+}
+
+/// The scene without analyses, as long as it takes to measure it.
+fn bare(scene: &Scene) -> Scene {
+    let spec = &scene.analysis;
+    let windows = ANALYSES
+        .iter()
+        .chain(&COMPANIONS)
+        .filter_map(|kind| (kind.window)(spec));
+    let longest = windows
+        .filter(|window| *window <= scene.duration)
+        .fold(0.0, f64::max);
+    let mut bare = scene.clone().without_analyses();
+    bare.duration = scene.duration.min(STRETCH.max(WINDOWS * longest));
+    bare
+}
+
+impl Analysis {
+    fn effect(&self, on: bool, cost: Result<Measured, Untold>) -> Effect {
+        Effect {
+            name: self.name,
+            key: self.table,
+            on,
+            setting: words(on, "on"),
+            cost,
+            setup: None,
+        }
+    }
+}
+
+/// CPU time of the analyses of samples that are on, of a simulated second (s), and the effect of each. `None` if
+/// it was told to stop.
+fn of_the_samples(
+    scene: &Scene,
+    bare: &Scene,
+    header: &Header,
+    frames: &[Arc<Frame>],
+    bench: &mut Bench<'_>,
+) -> Result<Option<(f64, Vec<Effect>)>, Cause> {
+    let of_samples = |mut spec: AnalysisSpec| {
+        for kind in COMPANIONS {
+            (kind.take_away)(&mut spec);
+        }
+        spec
+    };
+    let spec = of_samples(scene.analysis.clone());
+    let mut variants = vec![spec.clone()];
+    let places = ANALYSES.map(|kind| {
+        let other = match (kind.is_on)(&spec) {
+            true => {
+                let mut without = spec.clone();
+                (kind.take_away)(&mut without);
+                without
+            }
+            false => of_samples(added(scene, &kind).ok_or(Untold::NoRoom)?.analysis),
+        };
+        let window = (kind.window)(&spec).or_else(|| (kind.window)(&other));
+        if window.is_some_and(|window| window > bare.duration) {
+            return Err(Untold::ShorterThanWindow);
+        }
+        // What takes its choice from it goes, too: then they cannot be told apart.
+        analyse(&other, header, &frames[..1]).map_err(|_| Untold::Needed)?;
+        variants.push(other);
+        Ok(variants.len() - 1)
+    });
+    let rounds = bench.rounds(variants.len(), &mut |variant| {
+        let (ran, seconds) = timed(|| analyse(&variants[variant], header, frames));
+        ran?;
+        Ok(seconds / bare.duration)
+    })?;
+    let Some(rounds) = rounds else {
+        return Ok(None);
+    };
+    let effects = ANALYSES.iter().zip(places).map(|(kind, place)| {
+        let on = (kind.is_on)(&spec);
+        let cost = place.map(|other| match on {
+            true => rounds.difference(0, other),
+            false => rounds.difference(other, 0),
+        });
+        kind.effect(on, cost)
+    });
+    Ok(Some((rounds.of(0).mean, effects.collect())))
+}
+
+/// The effects of what is recorded at rates of its own. `None` if it was told to stop.
+fn of_the_pictures(
+    bare: &Scene,
+    record: Record<'_>,
+    bench: &mut Bench<'_>,
+) -> Result<Option<Vec<Effect>>, Cause> {
+    let mut variants = vec![bare.clone()];
+    for kind in PICTURES {
+        let mut other = bare.clone();
+        let rate = (kind.rate)(&mut other.record);
+        *rate = if *rate > 0.0 { 0.0 } else { USUAL_RATE };
+        variants.push(other);
+    }
+    // A short run and a whole one tell what is done once from what each second takes.
+    let short = variants.iter().map(|whole| Scene {
+        duration: SHORT * bare.duration,
+        ..whole.clone()
+    });
+    let short: Vec<Scene> = short.collect();
+    let count = variants.len();
+    variants.extend(short);
+    let rounds = bench.rounds(variants.len(), &mut |variant| {
+        let (recorded, seconds) = timed(|| record(&variants[variant]));
+        recorded?;
+        Ok(seconds)
+    })?;
+    let Some(Rounds(taken)) = rounds else {
+        return Ok(None);
+    };
+    // What a variant takes of a simulated second, and once.
+    let (mut steady, mut once) = (Vec::new(), Vec::new());
+    for (whole, short) in taken.iter().zip(&taken[count..]) {
+        let pairs = || whole.iter().zip(short);
+        let rate = |(whole, short): (&f64, &f64)| (whole - short) / ((1.0 - SHORT) * bare.duration);
+        steady.push(pairs().map(rate).collect());
+        once.push(
+            pairs()
+                .map(|pair| pair.1 - SHORT * bare.duration * rate(pair))
+                .collect(),
+        );
+    }
+    let (steady, once) = (Rounds(steady), Rounds(once));
+    let mut effects = Vec::new();
+    for (k, kind) in PICTURES.iter().enumerate() {
+        let mut spec = bare.record;
+        let khz = 1e-3 * *(kind.rate)(&mut spec);
+        let on = khz > 0.0;
+        let (with, without) = match on {
+            true => (0, k + 1),
+            false => (k + 1, 0),
+        };
+        effects.push(Effect {
+            name: kind.name,
+            key: kind.key,
+            on,
+            setting: words(on, &format!("{khz} a ms, with the recording of it")),
+            cost: match bare.duration < SHORTEST {
+                true => Err(Untold::TooShort),
+                false => Ok(steady.difference(with, without)),
+            },
+            setup: Some(once.difference(with, without))
+                .filter(|once| once.is_told() && once.mean > 0.0),
+        });
+    }
+    Ok(Some(effects))
 }
 
 fn words(on: bool, setting: &str) -> String {
@@ -344,8 +457,13 @@ struct Simulated {
     calls: f64,
 }
 
-fn simulate(scene: &Scene) -> Result<Simulated, PipelineError> {
-    let mut source = source(scene)?;
+/// Runs to the end, or until told to stop; `duration` is that of the run, s.
+fn simulate(
+    mut source: impl Source,
+    duration: f64,
+    stop: &Arc<AtomicBool>,
+) -> Result<Simulated, PipelineError> {
+    source.heed(stop);
     let header = source.header("");
     let mut frames = Vec::new();
     while let Some(frame) = source.next_frame()? {
@@ -355,7 +473,7 @@ fn simulate(scene: &Scene) -> Result<Simulated, PipelineError> {
     Ok(Simulated {
         header,
         frames,
-        calls: calls as f64 / scene.duration,
+        calls: calls as f64 / duration,
     })
 }
 
@@ -369,203 +487,4 @@ fn analyse(
         analyser.push(frame, &mut Nowhere)?;
     }
     Ok(analyser.finish(&mut Nowhere)?)
-}
-
-/// Passes over the nodes at states of the scene's vibration.
-struct Passes {
-    states: Vec<Vec<f64>>,
-    count: usize,
-}
-
-impl Passes {
-    /// At some states of the last half of the frames.
-    fn new(model: &Model, frames: &[Arc<Frame>]) -> Self {
-        let modes = model.modes();
-        let states = frames[frames.len() / 2..].iter().take(16).map(|frame| {
-            let (q, v) = (&frame.q[..modes], &frame.qdot[..modes]);
-            [q, v].concat()
-        });
-        Self {
-            states: states.collect(),
-            count: (PASSED / (model.nodes() * modes)).max(1),
-        }
-    }
-
-    /// CPU time of a pass, s.
-    fn time(&self, model: &Model) -> f64 {
-        let joint = Joint::new(model);
-        let mut out = vec![0.0; joint.dim()];
-        let ((), seconds) = timed(REPEATS, || {
-            for k in 0..self.count {
-                let z = &self.states[k % self.states.len()];
-                joint.rhs(0.0, std::hint::black_box(z), &mut out);
-                std::hint::black_box(&mut out);
-            }
-        });
-        seconds / self.count as f64
-    }
-}
-
-/// An effect of the nodes: name, key, whether it is on, how, and the model with it changed.
-type OfNodes = (&'static str, &'static str, bool, String, Model);
-
-/// Effects of the nodes, each with the model without it, or with it where it is off.
-fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
-    let friction = match model.friction {
-        Friction::None => String::new(),
-        Friction::Constant { law, .. } => format!("constant, mu {}", law.mu),
-        Friction::Stribeck { law, .. } => format!("Stribeck, mu {} to {}", law.mu_s, law.mu_d),
-    };
-    let damping = match model.contact_damping {
-        ContactDamping::None => String::new(),
-        ContactDamping::KelvinVoigt { time } => format!("dashpots, {:.3} us", 1e6 * time),
-        ContactDamping::HuntCrossley { dissipation } => {
-            format!("Hunt and Crossley, {dissipation} s/m")
-        }
-    };
-    let with_friction = |friction| Model {
-        friction,
-        ..model.clone()
-    };
-    let is_on = model.friction != Friction::None;
-    let other_friction = match is_on {
-        true => Friction::None,
-        false => Friction::Stribeck {
-            law: STRIBECK,
-            radial: true,
-        },
-    };
-    let radial = model.friction.radial();
-    let mut all = vec![(
-        "friction",
-        "friction",
-        is_on,
-        friction,
-        with_friction(other_friction),
-    )];
-    let turned = match model.friction {
-        Friction::None => None,
-        Friction::Constant { law, .. } => Some(Friction::Constant {
-            law,
-            radial: !radial,
-        }),
-        Friction::Stribeck { law, .. } => Some(Friction::Stribeck {
-            law,
-            radial: !radial,
-        }),
-    };
-    if let Some(turned) = turned {
-        all.push((
-            "radial part of friction",
-            "friction.radial",
-            radial,
-            words(radial, "as in Eq. (8)"),
-            with_friction(turned),
-        ));
-    }
-    let bonded = Model {
-        unilateral: !model.unilateral,
-        ..model.clone()
-    };
-    all.push((
-        "lift-off",
-        "contact.unilateral",
-        model.unilateral,
-        words(model.unilateral, "Eq. (2)"),
-        bonded,
-    ));
-    let damped = !model.contact_damping.is_none();
-    let other = Model {
-        contact_damping: match damped {
-            true => ContactDamping::None,
-            false => ContactDamping::HuntCrossley {
-                dissipation: DISSIPATION,
-            },
-        },
-        ..model.clone()
-    };
-    all.push((
-        "damping of the contact",
-        "contact_damping",
-        damped,
-        damping,
-        other,
-    ));
-    let convected = model.convection.is_some();
-    let other = Model {
-        convection: match convected {
-            true => None,
-            false => Some([1.0, 0.0, 0.0]),
-        },
-        ..model.clone()
-    };
-    all.push((
-        "Omega x u",
-        "rotation.convection",
-        convected,
-        words(convected, "on"),
-        other,
-    ));
-    let has_damping = model.damping.iter().any(|ratio| *ratio != 0.0);
-    let other = Model {
-        damping: match has_damping {
-            true => Vec::new(),
-            false => vec![DAMPING_RATIO; model.modes()],
-        },
-        ..model.clone()
-    };
-    let most = model.damping.iter().copied().fold(0.0, f64::max);
-    all.push((
-        "modal damping",
-        "damping",
-        has_damping,
-        words(has_damping, &format!("ratio up to {most}")),
-        other,
-    ));
-    all
-}
-
-/// What it takes to make the joint anew at each frame's border, which is where functions of time are looked
-/// at.
-fn functions_of_time(
-    joint: &TiltedJoint,
-    scene: &Scene,
-    ball: &BallJoint,
-) -> Result<Vec<Effect>, PipelineError> {
-    let (made, seconds) = timed(REPEATS, || {
-        ball.model(joint.tilt.at(0.0)).map(|m| Joint::new(&m))
-    });
-    made?;
-    let frames = scene.sample_rate / scene.frame_samples as f64;
-    let span = |[low, high]: [f64; 2], unit: &str| format!("{low:.4} to {high:.4}{unit}");
-    let degrees = [joint.tilt.min(), joint.tilt.max()].map(f64::to_degrees);
-    let courses = [
-        (
-            "tilt as a function of time",
-            "load.tilt",
-            joint.tilt.varies(),
-            span(degrees, "°"),
-        ),
-        (
-            "load as a function of time",
-            "load.load",
-            joint.load.is_some(),
-            span(joint.load_span(), " N"),
-        ),
-        (
-            "rotation as a function of time",
-            "rotation.factor",
-            joint.rotation.is_some(),
-            span(joint.rotation_span(), " times"),
-        ),
-    ];
-    // Together they cost as much as one of them.
-    let all = courses.map(|(name, key, on, setting)| Effect {
-        name,
-        key,
-        on,
-        setting: words(on, &setting),
-        seconds: Some(seconds * frames),
-    });
-    Ok(all.into())
 }

@@ -12,6 +12,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::cost::{CostError, timed};
+use super::pool::Heed;
 use super::response::{From, ResponsePlan, response, section_lag};
 use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
 use crate::analysis::{DelayVectors, Norm, RecurrenceRule, Threshold, deviation, quantify};
@@ -419,11 +420,12 @@ impl Meter {
         } = prepared;
         integrator.start(&*system, 0.0, &z)?;
         let step = section_lag(scene) / SAMPLES_A_LAG as f64;
+        let mut heed = Heed::default();
         let mut samples = Vec::with_capacity(count(longest));
         for k in 1..=count(longest) {
             integrator.sample(&*system, step * k as f64, &mut z)?;
             samples.push(probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
-            if k % 1024 == 0 && !goes_on(0.3 * k as f64 / count(longest) as f64) {
+            if heed.is_due() && !goes_on(0.3 * k as f64 / count(longest) as f64) {
                 return Ok(None);
             }
         }

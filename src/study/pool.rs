@@ -7,7 +7,7 @@ use std::panic::resume_unwind;
 use std::process::Child;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
@@ -32,6 +32,24 @@ pub fn wait_for(process: &mut Child, goes_on: &mut dyn FnMut() -> bool) -> io::R
         thread::sleep(TICK);
     }
     Ok(())
+}
+
+/// Says when the caller is to be asked: by the clock, since what is done between two questions may take
+/// microseconds or seconds.
+#[derive(Debug, Default)]
+pub(super) struct Heed {
+    last: Option<Instant>,
+}
+
+impl Heed {
+    /// Whether the last time was a while ago, or there was none.
+    pub fn is_due(&mut self) -> bool {
+        let due = self.last.is_none_or(|last| last.elapsed() >= TICK);
+        if due {
+            self.last = Some(Instant::now());
+        }
+        due
+    }
 }
 
 /// What the caller is told.

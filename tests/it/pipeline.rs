@@ -1,5 +1,6 @@
 //! The road: order, back-pressure, repeatability, stops and faults.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use squeakscope::pipeline::message::Record;
@@ -96,7 +97,7 @@ fn a_stop_is_clean() {
             Ok(())
         }
     }
-    let stop = AtomicBool::new(false);
+    let stop = Arc::new(AtomicBool::new(false));
     let mut sink = StopAt(5, &stop, vec![]);
     let monitor = Monitor {
         stop: &stop,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::checks::check_size;
 use super::neighbour::Neighbour;
 use super::{Engine, Integrator};
-use crate::dynamics::pace::Pace;
+use crate::dynamics::pace::{Pace, Progress};
 use crate::dynamics::stepper::Stepper;
 use crate::dynamics::tangents::Tangents;
 use crate::dynamics::{DynamicsError, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, System, Tally};
@@ -149,7 +149,7 @@ impl Integrator {
         Self {
             engine,
             pace: Pace {
-                crawling: 0,
+                progress: Progress::default(),
                 tally: Tally::default(),
                 largest_ratio: None,
                 ..self.pace.clone()
@@ -157,6 +157,8 @@ impl Integrator {
             events: self.events.clone(),
             tangents: None,
             neighbour: None,
+            // Whom it goes along with stops for both.
+            stop: None,
             ..*self
         }
     }

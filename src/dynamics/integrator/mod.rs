@@ -13,9 +13,12 @@ use engine::{Engine, LACKS_DERIVATIVE};
 pub use method::Method;
 use neighbour::Neighbour;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::control::{Control, Size};
 use super::events::Events;
-use super::pace::Pace;
+use super::pace::{Pace, Progress};
 use super::stepper::{Stepper, switching};
 use super::tangents::Tangents;
 use super::{DynamicsError, ErrorEstimate, System, Tally};
@@ -42,6 +45,8 @@ pub struct Integrator {
     tangents: Option<Tangents>,
     /// The neighbour that goes along, if any.
     neighbour: Option<Neighbour>,
+    /// Looked at before each step, if any.
+    stop: Option<Arc<AtomicBool>>,
 }
 
 impl Integrator {
@@ -58,13 +63,15 @@ impl Integrator {
         check_modes(sys)?;
         let dim = sys.dim();
         let engine = Engine::new(method, sys)?;
+        let implicit = engine.needs_derivative();
         let max_step = control.step();
         let omega = sys.omega().to_vec();
         let pace = Pace {
             control,
             omega,
             size: Size::default(),
-            crawling: 0,
+            implicit,
+            progress: Progress::default(),
             tally: Tally::default(),
             largest_ratio: None,
         };
@@ -76,6 +83,7 @@ impl Integrator {
             events: None,
             tangents: None,
             neighbour: None,
+            stop: None,
         };
         integrator.limit_step();
         Ok(integrator)
@@ -99,6 +107,12 @@ impl Integrator {
         })?;
         self.events = Some(Events::new(switching, self.dim));
         Ok(self)
+    }
+
+    /// Takes no step any more once this flag is true: what would need one is
+    /// [`DynamicsError::Stopped`]. What has been reached by then can still be sampled.
+    pub fn heed(&mut self, stop: Arc<AtomicBool>) {
+        self.stop = Some(stop);
     }
 
     /// Starts at time `t` (s) from the state `z` (length [`System::dim`]), forgetting all before
@@ -183,7 +197,8 @@ impl Integrator {
     /// # Errors
     /// [`DynamicsError::Size`] when `out` has another length, [`DynamicsError::Time`] when `t` is
     /// out of reach, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
-    /// [`DynamicsError::Chatter`] when the integration cannot go on.
+    /// [`DynamicsError::Chatter`] when the integration cannot go on, [`DynamicsError::Stopped`] when it
+    /// was told not to ([`Integrator::heed`]).
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -214,7 +229,7 @@ impl Integrator {
     /// # Errors
     /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`],
     /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] when the integration cannot
-    /// go on.
+    /// go on, [`DynamicsError::Stopped`] when it was told not to.
     pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
@@ -356,6 +371,11 @@ impl Integrator {
 
     /// Takes one step, up to `limit` (s) or the first event, with all that goes along.
     fn step<Y: System + ?Sized>(&mut self, sys: &Y, limit: f64) -> Result<(), DynamicsError> {
+        if let Some(stop) = &self.stop
+            && stop.load(Ordering::Relaxed)
+        {
+            return Err(DynamicsError::Stopped { time: self.time() });
+        }
         self.cross(sys)?;
         let Self {
             engine,

@@ -1,5 +1,8 @@
 //! Rest, extremes of size, changes of the system, and failures.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::super::DynamicsError;
 use super::systems::{Duffing, Forced, Free, Lorenz, Unilateral, differenced};
 use super::*;
@@ -293,6 +296,59 @@ fn a_singularity_is_not_stepped_over() {
             "{error:?}"
         );
         assert!((integrator.time() - 1.0).abs() < 1e-6);
+    }
+}
+
+/// A force that every step must follow holds any method down: all say so, and none advises itself.
+#[test]
+fn steps_that_get_nowhere_end_with_a_remedy_that_is_another_method() {
+    struct Hum;
+    impl System for Hum {
+        fn omega(&self) -> &[f64] {
+            &[1.0]
+        }
+        fn force(&self, t: f64, _z: &[f64], out: &mut [f64]) {
+            out[0] = 1e7 * (1e7 * t).sin();
+        }
+        fn differentiable(&self) -> Option<&dyn Differentiable> {
+            Some(self)
+        }
+    }
+    differenced!(Hum);
+    for method in adaptive_methods(1e-6, 1.0) {
+        let mut integrator = run(method, &Hum, &[1.0, 0.0], 0.0);
+        let error = integrator.land(&Hum, 100.0).unwrap_err();
+        let words = error.to_string();
+        let DynamicsError::Stalled { step, implicit, .. } = error else {
+            panic!("{error:?}");
+        };
+        assert!(step < 1e-5, "{step}");
+        let takes_implicit = matches!(method, Method::Rodas5p { .. } | Method::Auto { .. });
+        assert_eq!(implicit, takes_implicit);
+        assert_eq!(words.contains("rodas5p"), !implicit, "{words}");
+    }
+}
+
+#[test]
+fn told_to_stop_it_steps_no_further_and_keeps_what_it_has() {
+    let stop = Arc::new(AtomicBool::new(false));
+    for method in all_methods(1e-6, 0.25, 0.25) {
+        let mut free = run(method, &Duffing, &Duffing::START, 0.0);
+        let mut told = free.clone();
+        told.heed(Arc::clone(&stop));
+        let (mut z, mut same) = ([0.0; 7], [0.0; 7]);
+        free.sample(&Duffing, 1.0, &mut same).unwrap();
+        told.sample(&Duffing, 1.0, &mut z).unwrap();
+        assert_eq!(z, same, "{method:?}");
+        stop.store(true, Ordering::Relaxed);
+        let time = told.time();
+        told.sample(&Duffing, time, &mut z).unwrap();
+        let error = told.sample(&Duffing, time + 1.0, &mut z).unwrap_err();
+        assert_eq!(error, DynamicsError::Stopped { time });
+        stop.store(false, Ordering::Relaxed);
+        free.sample(&Duffing, 3.0, &mut same).unwrap();
+        told.sample(&Duffing, 3.0, &mut z).unwrap();
+        assert_eq!(z, same, "{method:?}");
     }
 }
 

@@ -41,6 +41,15 @@ impl Named {
         }
     }
 
+    /// The error of nothing but zeros, with what that would come to.
+    pub fn zero(&self, effect: &'static str) -> OwnModesError {
+        OwnModesError::AllZero {
+            array: self.name,
+            effect,
+            what: self.what,
+        }
+    }
+
     /// Refuses values that are not above zero.
     pub fn positive(&self, values: &[f64]) -> Result<(), OwnModesError> {
         match values.iter().position(|value| *value <= 0.0) {

@@ -84,6 +84,64 @@ pub enum OwnModesError {
         /// The frequency, Hz.
         hz: f64,
     },
+    /// A frequency that nobody can follow.
+    #[error(
+        "`{array}`[{at}] is {hz:.3e} Hz, and steps follow the fastest mode: more than {limit:.0e} Hz is not \
+         integrated in reasonable time; check its unit, and leave out modes that nothing excites"
+    )]
+    TooFast {
+        /// Its name.
+        array: &'static str,
+        /// Index, from 0.
+        at: usize,
+        /// The frequency, Hz.
+        hz: f64,
+        /// The highest allowed, Hz.
+        limit: f64,
+    },
+    /// A contact that makes a mode too fast to be followed.
+    #[error(
+        "`stiffness` times `areas` times the square of `shapes` makes mode {mode} (from 1) vibrate on the \
+         contact at {hz:.1e} Hz, above {limit:.0e} Hz; give N/m^3 and m^2, and shapes that are mass-normalised, \
+         in 1/sqrt(kg)"
+    )]
+    ContactTooFast {
+        /// The mode, from 1.
+        mode: usize,
+        /// Frequency of this mode on the springs of the contact alone, Hz.
+        hz: f64,
+        /// The highest allowed, Hz.
+        limit: f64,
+    },
+    /// Nothing but zeros.
+    #[error("`{array}` is 0 throughout: {effect}; it is to hold {what}")]
+    AllZero {
+        /// Its name.
+        array: &'static str,
+        /// What that comes to.
+        effect: &'static str,
+        /// What it holds, with shape and unit.
+        what: &'static str,
+    },
+    /// A surface that cannot be that of a body with this ball.
+    #[error(
+        "`surface_vertices` lie {nearest:.3e} to {farthest:.3e} m from the origin, and the ball has a radius of \
+         {radius:.3e} m; give them in m from the ball's centre, as `positions`"
+    )]
+    Surface {
+        /// Smallest distance from the origin, m.
+        nearest: f64,
+        /// Largest distance from the origin, m.
+        farthest: f64,
+        /// Radius of the ball, m.
+        radius: f64,
+    },
+    /// Mass matrices in two forms.
+    #[error("`mass` and `{sparse}` are both there; keep the dense or the sparse mass matrix")]
+    TwoMasses {
+        /// An array of the sparse one.
+        sparse: &'static str,
+    },
     /// Frequencies that fall.
     #[error(
         "`{array}`[{at}] is below the one before; sort the modes by frequency, shapes included"

@@ -72,6 +72,12 @@ pub(super) fn check(arrays: &mut Arrays, modes: usize) -> Result<(), OwnModesErr
 /// The mass matrix, if there is one, and the name of an array of it.
 fn mass(arrays: &mut Arrays) -> Result<Option<(&'static str, Rows)>, OwnModesError> {
     if let Some(dense) = arrays.find(&DENSE)? {
+        for sparse in [&DATA, &INDICES, &STARTS] {
+            if arrays.find(sparse)?.is_some() {
+                let sparse = sparse.name;
+                return Err(OwnModesError::TwoMasses { sparse });
+            }
+        }
         let dofs = dense.shape.first().copied().unwrap_or(0);
         if dense.shape != [dofs, dofs] {
             return Err(DENSE.shape(dense.shape, vec![dofs, dofs]));

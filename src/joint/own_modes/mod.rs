@@ -58,6 +58,14 @@ const LOAD_TOLERANCE: f64 = 0.01;
 const DIRECTION_TOLERANCE: f64 = 0.1 / 180.0 * std::f64::consts::PI;
 /// What no elastic mode of a body that fits the hand is below, Hz.
 const RIGID_BELOW: f64 = 1.0;
+/// The highest frequency of a mode, by itself or pressed upon by the contact, Hz. Steps follow the fastest
+/// one, tens to a period: already at this frequency a simulated second takes a billion of them, and nothing of a
+/// squeak is within two decades of it.
+const TOO_FAST: f64 = 1e7;
+/// The farthest that the surface of a body reaches from the ball's centre, m; and how near it comes, in radii
+/// of the ball, which is a part of it.
+const FARTHEST: f64 = 10.0;
+const NEAREST: f64 = 10.0;
 /// Diameters that a ball can have, m.
 const BALL_DIAMETERS: std::ops::RangeInclusive<f64> = 1e-3..=0.5;
 
@@ -163,6 +171,12 @@ impl OwnModes {
         let shapes = vectors(&arrays.need(&SHAPES, &[n, 3, m])?, m);
         let probe = arrays.find(&PROBE)?;
         let probe = probe.map(|row| of_shape(row, &PROBE, &[m])).transpose()?;
+        if shapes.as_flattened().iter().all(|x| *x == 0.0) {
+            return Err(SHAPES.zero("nothing at the contact would move"));
+        }
+        if probe.iter().any(|row| row.iter().all(|x| *x == 0.0)) {
+            return Err(PROBE.zero("nothing would be heard"));
+        }
         let modes = Self {
             name: name.to_owned(),
             positions: positions.as_chunks().0.to_vec(),
@@ -176,6 +190,8 @@ impl OwnModes {
             surface: surface(&mut arrays, m)?,
         };
         modes.check_sphere()?;
+        modes.check_contact()?;
+        modes.check_surface()?;
         mass::check(&mut arrays, m)?;
         Ok(modes)
     }
@@ -335,6 +351,50 @@ impl OwnModes {
     }
 }
 
+impl OwnModes {
+    /// The contact must not make any mode too fast: with a mode alone, its springs add
+    /// `sum(stiffness * area * |shape|^2)` to the square of its circular frequency.
+    fn check_contact(&self) -> Result<(), OwnModesError> {
+        let springs: Vec<f64> = (self.stiffness.iter().zip(&self.areas))
+            .map(|(stiffness, area)| stiffness * area)
+            .collect();
+        for mode in 0..self.modes() {
+            let shapes = self.shapes[mode..].iter().step_by(self.modes());
+            let added = springs.iter().zip(shapes).map(|(k, x)| k * dot(*x, *x));
+            let hz = added.sum::<f64>().sqrt() / std::f64::consts::TAU;
+            // Too large for a number, too.
+            if hz.is_nan() || hz > TOO_FAST {
+                return Err(OwnModesError::ContactTooFast {
+                    mode: mode + 1,
+                    hz,
+                    limit: TOO_FAST,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The surface must be that of a body with this ball.
+    fn check_surface(&self) -> Result<(), OwnModesError> {
+        let Some(surface) = &self.surface else {
+            return Ok(());
+        };
+        let distances = || surface.vertices.iter().map(|x| norm(*x));
+        let nearest = distances().fold(f64::INFINITY, f64::min);
+        let farthest = distances().fold(0.0, f64::max);
+        let radius = self.ball_radius();
+        let near = nearest <= NEAREST * radius;
+        if near && (0.5 * radius..=FARTHEST).contains(&farthest) {
+            return Ok(());
+        }
+        Err(OwnModesError::Surface {
+            nearest,
+            farthest,
+            radius,
+        })
+    }
+}
+
 /// Natural frequencies, rad/s, in ascending order and those of elastic modes.
 fn frequencies(arrays: &mut Arrays) -> Result<Vec<f64>, OwnModesError> {
     let in_hertz = arrays.find(&FREQUENCIES)?.is_some();
@@ -357,6 +417,14 @@ fn frequencies(arrays: &mut Arrays) -> Result<Vec<f64>, OwnModesError> {
     let hz = stated[0] / per_hertz;
     if hz < RIGID_BELOW {
         return Err(OwnModesError::RigidBody { array, at: 0, hz });
+    }
+    if let Some(at) = stated.iter().position(|x| x / per_hertz > TOO_FAST) {
+        return Err(OwnModesError::TooFast {
+            array,
+            at,
+            hz: stated[at] / per_hertz,
+            limit: TOO_FAST,
+        });
     }
     let omega = match in_hertz {
         true => stated.iter().map(|hz| std::f64::consts::TAU * hz).collect(),

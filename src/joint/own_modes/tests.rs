@@ -88,11 +88,71 @@ fn a_sound_file_is_what_it_says() {
     assert_eq!(omega, [1000.0 * std::f64::consts::TAU; 2]);
 }
 
+/// A triangle whose corners are as far from the origin as the ball's surface is.
+fn corners() -> Vec<f64> {
+    vec![BALL, 0.0, 0.0, 0.0, BALL, 0.0, 0.0, 0.0, BALL]
+}
+
+/// Each number is finite and of the right sign; it is together that they are those of no joint.
+#[test]
+fn magnitudes_that_no_joint_has_are_told_with_their_array() {
+    let fast = |name, hz: [f64; 2]| {
+        let plain = Arrays::sound().without("omega");
+        plain.with(name, Array::vector(hz.to_vec())).refusal()
+    };
+    let said = fast("frequencies_hz", [1e4, 1.1e7]);
+    assert!(
+        said.starts_with("`frequencies_hz`[1] is 1.100e7 Hz"),
+        "{said}"
+    );
+    let said = fast("omega", [1e9, 2e9]);
+    assert!(said.starts_with("`omega`[0] is 1.592e8 Hz"), "{said}");
+    for unsound in [
+        Arrays::sound().set("shapes", 9, 1e6),
+        Arrays::sound().set("shapes", 9, 1e300),
+        Arrays::sound().set("stiffness", 2, 1e25),
+    ] {
+        let said = unsound.refusal();
+        assert!(
+            said.contains("`stiffness` times `areas` times the square of `shapes`"),
+            "{said}"
+        );
+    }
+    let said = Arrays::sound()
+        .with("shapes", cube([4, 3, 2], vec![0.0; 24]))
+        .refusal();
+    assert!(said.starts_with("`shapes` is 0 throughout"), "{said}");
+    let said = Arrays::sound()
+        .with("probe", Array::vector(vec![0.0; 2]))
+        .refusal();
+    assert!(
+        said.starts_with("`probe` is 0 throughout: nothing would be heard"),
+        "{said}"
+    );
+    for factor in [1e3, 1e-3, 1e30] {
+        let vertices = corners().iter().map(|x| factor * x).collect();
+        let surface = Arrays::sound()
+            .with("surface_vertices", Array::matrix(3, vertices))
+            .with("surface_triangles", Array::matrix(1, vec![0.0, 1.0, 2.0]))
+            .with("surface_shapes", cube([3, 3, 2], vec![1.0; 18]));
+        let said = surface.refusal();
+        assert!(said.starts_with("`surface_vertices` lie"), "{said}");
+    }
+    let both = Arrays::sound()
+        .with("mass", Array::matrix(1, vec![1.0]))
+        .with("mass_data", Array::vector(vec![1.0]));
+    let said = both.refusal();
+    assert!(
+        said.starts_with("`mass` and `mass_data` are both there"),
+        "{said}"
+    );
+}
+
 #[test]
 fn a_surface_is_for_pictures() {
     let with_surface = || {
         Arrays::sound()
-            .with("surface_vertices", Array::matrix(3, vec![0.0; 9]))
+            .with("surface_vertices", Array::matrix(3, corners()))
             .with("surface_triangles", Array::matrix(1, vec![0.0, 1.0, 2.0]))
             .with(
                 "surface_shapes",
@@ -252,6 +312,8 @@ fn shapes_are_orthonormal_with_the_mass_matrix() {
         let rows = vec![2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 4.0];
         with_mass()
             .without("mass_data")
+            .without("mass_indices")
+            .without("mass_indptr")
             .with("mass", Array::matrix(3, rows))
     };
     dense().read().unwrap();

@@ -39,6 +39,11 @@ pub(super) fn knots(
 
 fn read(path: &std::path::Path) -> Result<String, String> {
     let mut bytes = Vec::new();
+    // A pipe would wait for ever for somebody to write into it.
+    let there = std::fs::metadata(path).map_err(|fault| format!("cannot be read ({fault})"))?;
+    if !there.is_file() {
+        return Err("is no regular file".to_owned());
+    }
     File::open(path)
         .and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes))
         .map_err(|fault| format!("cannot be read ({fault})"))?;
@@ -76,6 +81,24 @@ fn knots_in(text: &str, file: &str, keys: &ScheduleKeys) -> Result<Vec<[f64; 2]>
 
     let first = rows.next();
     let is_heading = |line: &str| fields(line) == columns.map(Key::name);
+    if let Some((line, heading)) = first.filter(|(_, line)| !is_heading(line)) {
+        let parted_by = |sign: char| {
+            heading
+                .split(sign)
+                .map(str::trim)
+                .eq(columns.map(Key::name))
+        };
+        let other = [(';', "semicolons"), ('\t', "tabs")]
+            .into_iter()
+            .find(|(sign, _)| parted_by(*sign));
+        if let Some((_, signs)) = other {
+            return Err(wrong(
+                line,
+                format!("its columns are parted by {signs}"),
+                "part them by commas, and write numbers with a decimal point".to_owned(),
+            ));
+        }
+    }
     if !first.is_some_and(|(_, line)| is_heading(line)) {
         return Err(wrong(
             first.map_or(1, |(line, _)| line),

@@ -6,6 +6,7 @@ use crate::analysis::{
 };
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::pipeline::prepare_on;
+use crate::study::pool::Heed;
 use crate::study::response::{From, Response, ResponseError, ResponsePlan, response, section_lag};
 use crate::study::sweep::chain_of_causes;
 
@@ -142,7 +143,7 @@ pub(super) fn exponent_sets(
     let scene = &ground.plan.scene;
     let last = AVERAGED[AVERAGED.len() - 1];
     let all = AVERAGED_REFERENCE + last * (VECTORS.len() - 1) as f64;
-    let (mut before, mut floor) = (0.0, None);
+    let (mut before, mut floor, mut heed) = (0.0, None, Heed::default());
     let mut sets = Vec::new();
     for vectors in VECTORS {
         let prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
@@ -159,7 +160,7 @@ pub(super) fn exponent_sets(
             let done = (|| {
                 for sample in first + 1..=(time * scene.sample_rate).round() as u64 {
                     integrator.sample(system, sample as f64 / scene.sample_rate, &mut z)?;
-                    if sample % 1024 == 0 && !goes_on((before + integrator.time()) / all) {
+                    if heed.is_due() && !goes_on((before + integrator.time()) / all) {
                         return Ok(false);
                     }
                 }
@@ -229,6 +230,7 @@ pub(super) fn recurrence_sets(
     let system = &*prepared.system;
     let mut z = prepared.state;
     prepared.integrator.start(system, 0.0, &z)?;
+    let mut heed = Heed::default();
     let mut samples = Vec::with_capacity(needed);
     for k in 1..=needed {
         prepared
@@ -242,7 +244,7 @@ pub(super) fn recurrence_sets(
                 .map(|(p, q)| p * q)
                 .sum::<f64>(),
         );
-        if k % 1024 == 0 && !goes_on(0.3 * k as f64 / needed as f64) {
+        if heed.is_due() && !goes_on(0.3 * k as f64 / needed as f64) {
             return Ok(None);
         }
     }

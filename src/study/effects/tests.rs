@@ -11,7 +11,9 @@ fn of(name: &str, text: &str) -> Effects {
         recorded += 1;
         Ok(())
     };
-    let found = effects(&scene, record, &mut |_| true).unwrap().unwrap();
+    let found = effects(&scene, record, &Arc::default(), &mut |_| true)
+        .unwrap()
+        .unwrap();
     assert_eq!(recorded > 0, scene.joint().is_ok());
     found
 }
@@ -37,13 +39,27 @@ fn what_a_scene_calls_for_is_on_and_has_a_price() {
         assert!(!effect.on && effect.setting.is_empty(), "{key}");
     }
     // Friction is the better part of a call.
-    let friction = find(&found, "friction").seconds.unwrap();
+    let cost = |key| find(&found, key).cost.expect("told").mean;
+    let friction = cost("friction");
     let call = found.call * found.calls;
     assert!(
         friction > 0.2 * call && friction < call,
         "{friction} {call}"
     );
-    assert!(find(&found, "rotation.convection").seconds.unwrap() > 0.0);
+    assert!(cost("rotation.convection") > 0.0);
+    // Two bending pairs instead of eleven modes.
+    assert!(cost("body.bending_pairs, torsion, axial") < -0.2 * call);
+    assert!(
+        find(&found, "contact.stiffness")
+            .cost
+            .unwrap()
+            .half_width
+            .is_finite()
+    );
+    // The run is of 10 ms.
+    let untold = find(&found, "analysis.regime").cost.expect_err("told");
+    assert_eq!(untold, Untold::ShorterThanWindow);
+    assert!(found.setup > 0.0 && found.setup.is_finite());
     assert!(found.whole > 0.5 * call, "{} {call}", found.whole);
     let damped = of(
         "torus-3deg",
@@ -69,9 +85,38 @@ fn a_small_system_has_no_effects_of_nodes() {
 fn it_stops_when_told() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let mut asked = 0;
-    let found = effects(&scene, &mut |_| Ok(()), &mut |_| {
+    let found = effects(&scene, &mut |_| Ok(()), &Arc::default(), &mut |_| {
         asked += 1;
         asked < 3
     });
     assert_eq!(found.unwrap(), None);
+}
+
+/// A flag ends the run that is being measured, so that the next question comes soon.
+#[test]
+fn it_stops_within_a_run_that_takes_for_ever() {
+    let mut scene = Scene::load("periodic-2deg").unwrap();
+    scene.integrator.max_step = 1e-11;
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    let raiser = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        raised.store(true, std::sync::atomic::Ordering::Relaxed);
+    });
+    let goes_on = |_| !stop.load(std::sync::atomic::Ordering::Relaxed);
+    let found = effects(&scene, &mut |_| Ok(()), &stop, &mut { goes_on });
+    assert_eq!(found.unwrap(), None);
+    raiser.join().unwrap();
+}
+
+#[test]
+fn a_difference_is_told_with_its_scatter() {
+    let rounds = Rounds(vec![vec![5.0, 6.0, 7.0, 8.0], vec![1.0, 2.0, 3.0, 4.0]]);
+    let found = rounds.difference(0, 1);
+    assert_eq!((found.mean, found.half_width), (4.0, 0.0));
+    assert!(found.is_told());
+    // Student's t of three degrees of freedom, deviation 1.29.
+    let found = Measured::of(&[-1.0, 0.0, 1.0, 2.0]);
+    assert!((found.half_width - 3.18 * (5.0_f64 / 3.0).sqrt() / 2.0).abs() < 1e-12);
+    assert!(!found.is_told());
 }

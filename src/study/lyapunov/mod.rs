@@ -6,12 +6,13 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, System, Tally,
 };
 
+use super::pool::Heed;
 pub use scene::{
     LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, RESOLVING, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
@@ -206,8 +207,6 @@ pub type Watch<'a> = &'a mut dyn FnMut(LyapunovProgress) -> bool;
 const SPACING: f64 = 1.03;
 /// The first of them, in looks.
 const FIRST: f64 = 16.0;
-/// The caller is asked about so often.
-const HEED: Duration = Duration::from_millis(50);
 
 /// Follows the tangent vectors of an integrator that has been started
 /// ([`Integrator::with_tangents`]), lets them settle, and averages their growth until the goal is
@@ -375,23 +374,6 @@ fn keep(running: &mut Vec<RunningExponents>, spectrum: &LyapunovSpectrum) {
             time: spectrum.time,
             exponents: spectrum.exponents.clone(),
         });
-    }
-}
-
-/// Says when the caller is to be asked: by the clock, since a look may take microseconds or tens of
-/// milliseconds.
-#[derive(Default)]
-struct Heed {
-    last: Option<Instant>,
-}
-
-impl Heed {
-    fn is_due(&mut self) -> bool {
-        let due = self.last.is_none_or(|last| last.elapsed() >= HEED);
-        if due {
-            self.last = Some(Instant::now());
-        }
-        due
     }
 }
 

@@ -19,6 +19,7 @@ use crate::joint::BallJoint;
 use crate::pipeline::{PipelineError, Prepared, prepare_on};
 use crate::scene::Scene;
 
+use super::pool::Heed;
 use super::{StabilityAt, StudyError, stability};
 use measure::Samples;
 pub use measure::{NamedTone, Portrait, section_lag};
@@ -170,6 +171,7 @@ pub fn response(
         z: state,
         samples: 0,
         watch,
+        heed: Heed::default(),
         expected: plan.least + plan.measure,
         most_calls: plan.most_calls,
     };
@@ -179,8 +181,8 @@ pub fn response(
     };
     let mut transient = run.time();
     let width = plan.exponents.min(run.system.tangent_dim());
-    if width > 0 {
-        run.follow(width, scene.start.seed)?;
+    if width > 0 && !run.follow(width, scene.start.seed)? {
+        return Ok(None);
     }
     let samples = loop {
         run.expected = run.time() + plan.measure;
@@ -263,6 +265,7 @@ struct Run<'a> {
     z: Vec<f64>,
     samples: u64,
     watch: Watch<'a>,
+    heed: Heed,
     expected: f64,
     most_calls: Option<u64>,
 }
@@ -284,8 +287,8 @@ impl Run<'_> {
         (BLOCK * self.period() * self.rate).round().min(1e9) as usize
     }
 
-    /// On to the next sample.
-    fn on(&mut self) -> Result<(), ResponseError> {
+    /// On to the next sample; whether to go on from there.
+    fn on(&mut self) -> Result<bool, ResponseError> {
         self.samples += 1;
         let time = self.time();
         self.integrator.sample(self.system, time, &mut self.z)?;
@@ -293,7 +296,7 @@ impl Run<'_> {
         if self.most_calls.is_some_and(|most| calls > most) {
             return Err(ResponseError::Effort { calls, time });
         }
-        Ok(())
+        Ok(!self.heed.is_due() || self.goes_on())
     }
 
     /// Displacement (m) and velocity (m/s) of the probe.
@@ -318,16 +321,15 @@ impl Run<'_> {
         let mut largest: f64 = 0.0;
         let mut look = 0;
         while self.time() < plan.most {
-            self.on()?;
+            if !self.on()? {
+                return Ok(None);
+            }
             largest = largest.max(self.probe()[0].abs());
             if !settling.push(&self.z, &omega) {
                 continue;
             }
             let silent = largest < SILENCE && settling.blocks() > 1;
             largest = 0.0;
-            if !self.goes_on() {
-                return Ok(None);
-            }
             // Looking again and again would end at the first chance: each look is a tenth later.
             if settling.blocks() < look || self.time() < plan.least {
                 continue;
@@ -341,8 +343,9 @@ impl Run<'_> {
         Ok(Some(false))
     }
 
-    /// Lets tangent vectors go along from here on, and find their directions.
-    fn follow(&mut self, width: usize, seed: u64) -> Result<(), ResponseError> {
+    /// Lets tangent vectors go along from here on, and find their directions. Whether it was not told to
+    /// stop.
+    fn follow(&mut self, width: usize, seed: u64) -> Result<bool, ResponseError> {
         let time = self.time();
         self.integrator.land(self.system, time)?;
         let start = self.integrator.state().to_vec();
@@ -354,12 +357,14 @@ impl Run<'_> {
         self.integrator = with;
         let align = (ALIGN * self.period() * self.rate).min(1e9) as u64;
         for _ in 0..align {
-            self.on()?;
+            if !self.on()? {
+                return Ok(false);
+            }
         }
         let time = self.time();
         self.integrator.land(self.system, time)?;
         self.integrator.forget_growth();
-        Ok(())
+        Ok(true)
     }
 
     /// Samples the settled motion for so long (s), and tells whether it has changed meanwhile. `None` if
@@ -370,15 +375,14 @@ impl Run<'_> {
         let omega = self.system.omega().to_vec();
         let mut settling = Settling::new(omega.len(), self.block());
         let mut largest: f64 = 0.0;
-        for k in 0..count {
-            self.on()?;
+        for _ in 0..count {
+            if !self.on()? {
+                return Ok(None);
+            }
             let probe = self.probe();
             samples.push(probe);
             settling.push(&self.z, &omega);
             largest = largest.max(probe[0].abs());
-            if k % 4096 == 0 && !self.goes_on() {
-                return Ok(None);
-            }
         }
         let time = self.time();
         self.integrator.land(self.system, time)?;

@@ -90,6 +90,25 @@ fn a_full_disk_is_told_of_samples_too() {
     );
 }
 
+/// What is left of the recording is told, though it is not what failed.
+#[test]
+fn a_disk_that_is_full_of_samples_leaves_the_recording_to_be_found() {
+    let (folder, _) = desk();
+    let outputs = ["--npz", "run.npz", "--save", "run.rrd"];
+    let program = run(folder.path(), ENDLESS, &outputs);
+    let ended = on_a_small_disk(3_000_000, &program).end();
+    ended.said(
+        1,
+        &["run.npz", "File too large", "can be opened", "run.rrd.part"],
+    );
+    assert_eq!(names(folder.path()), ["run.rrd.part"]);
+    assert!(
+        !samples(&folder.path().join("run.rrd.part"))
+            .values
+            .is_empty()
+    );
+}
+
 /// The index goes to the end of the file, when all else is there: a disk that is full then, too, keeps
 /// all samples.
 #[test]

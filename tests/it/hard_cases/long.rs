@@ -191,7 +191,7 @@ fn a_tilt_ramp_through_every_regime() {
                 span > 0.9 * if name.starts_with('-') { PI } else { PI / 22.5 },
                 "{span}"
             );
-            seen.summary.audit
+            seen.summary.audit.expect("audited")
         });
         println!(
             "| a ramp of the tilt, {name} | {:.1e} | {:.1e} |",

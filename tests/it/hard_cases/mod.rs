@@ -156,7 +156,8 @@ impl Seen {
             .iter()
             .map(|e| e.residual.abs() / (turnover + FLOOR));
         let worst = worst.fold(0.0, f64::max);
-        assert!((self.summary.audit - worst).abs() <= 1e-9 * worst, "{name}");
+        let audit = self.summary.audit.expect("audited");
+        assert!((audit - worst).abs() <= 1e-9 * worst, "{name}");
     }
 }
 
@@ -214,7 +215,9 @@ fn holds(case: &Case<'_>) -> Seen {
     assert_eq!(bits(&runs[0]), bits(&again), "{name} does not repeat");
 
     let omega = joint(&scene(case.changes)).omega().to_vec();
-    let audits = runs.each_ref().map(|seen| seen.summary.audit);
+    let audits = runs
+        .each_ref()
+        .map(|seen| seen.summary.audit.expect("audited"));
     let [coarse, fine] = [0, 1].map(|k| distance(&omega, &runs[k].last(), &runs[2].last()));
     let steps = runs[0].summary.tally.steps;
     println!(

@@ -112,7 +112,7 @@ fn a_kick_of_zero() {
                     seen.energies().flatten().all(|x| x == 0.0),
                     "{method} {rotation}"
                 );
-                assert_eq!(seen.summary.audit, 0.0);
+                assert_eq!(seen.summary.audit, Some(0.0));
             }
         }
     }

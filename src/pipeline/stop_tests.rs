@@ -1,0 +1,55 @@
+//! A run that is told to stop within a frame: it keeps the samples that it has, each as it would have been.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::{Source, source};
+use crate::scene::Scene;
+
+/// A scene whose first frame is the whole of a long run.
+fn one_frame(name: &str) -> Scene {
+    let mut scene = Scene::load(name).unwrap().without_analyses();
+    scene.duration = 20.0;
+    scene.frame_samples = usize::MAX;
+    scene
+}
+
+#[test]
+fn a_frame_ends_with_the_last_sample_that_is_known() {
+    for name in ["torus-3deg", "impact-oscillator", "tilt-ramp"] {
+        let scene = one_frame(name);
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut stopped = source(&scene).unwrap();
+        stopped.heed(&stop);
+        let raised = Arc::clone(&stop);
+        let raiser = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(100));
+            raised.store(true, Ordering::Relaxed);
+        });
+        let frame = stopped.next_frame().unwrap().expect("some samples");
+        raiser.join().unwrap();
+        assert!(!stopped.is_over(), "{name}");
+        assert!(stopped.next_frame().unwrap().is_none(), "{name}");
+        assert_eq!(frame.q.len(), frame.len() * frame.modes);
+        assert_eq!(frame.velocity.len(), frame.len());
+
+        let mut whole = scene.clone();
+        whole.duration = frame.len() as f64 / scene.sample_rate;
+        let whole = source(&whole).unwrap().next_frame().unwrap().unwrap();
+        assert_eq!(whole.len(), frame.len(), "{name}");
+        assert!(whole.q == frame.q && whole.qdot == frame.qdot, "{name}");
+        assert_eq!(whole.transitions, frame.transitions, "{name}");
+    }
+}
+
+/// The start is known without a step.
+#[test]
+fn told_before_the_first_step_it_keeps_the_start() {
+    for name in ["torus-3deg", "impact-oscillator"] {
+        let mut source = source(&one_frame(name)).unwrap();
+        source.heed(&Arc::new(AtomicBool::new(true)));
+        assert_eq!(source.next_frame().unwrap().expect("the start").len(), 1);
+        assert!(source.next_frame().unwrap().is_none() && !source.is_over());
+    }
+}
