@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
+use super::computed;
 use super::message::{
-    EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    Computed, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Subject,
 };
 use super::prepare::{initial_state, of_joint};
@@ -29,6 +30,8 @@ pub struct Simulation {
     joint: Joint,
     integrator: Integrator,
     geometry: Arc<PatchGeometry>,
+    /// What was computed of the scene's mechanism.
+    computed: Option<Arc<Computed>>,
     /// What acts on the joint at present.
     loading: Loading,
     /// Times of jumps that are still to come, s, the next one last.
@@ -116,6 +119,7 @@ impl Simulation {
         jumps.reverse();
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
+            computed: computed::of_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
             ball,
@@ -264,7 +268,8 @@ impl Simulation {
 
 impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
-        header(&self.scene, command, Subject::Joint(self.joint_info()))
+        let subject = Subject::Joint(self.joint_info());
+        header(&self.scene, command, subject, self.computed.clone())
     }
 
     fn analysis(&self) -> &AnalysisSpec {

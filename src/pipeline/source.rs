@@ -1,6 +1,8 @@
 //! Where frames come from.
 
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Subject};
+use std::sync::Arc;
+
+use super::message::{AnalysisKind, Computed, Frame, Header, SectionCoordinate, Subject};
 use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
 
@@ -52,8 +54,14 @@ impl Source for Box<dyn Source> {
     }
 }
 
-/// The header of a scene's run; `command` says how the program was started.
-pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
+/// The header of a scene's run; `command` says how the program was started, `computed` is what was
+/// computed of its mechanism.
+pub(super) fn header(
+    scene: &Scene,
+    command: &str,
+    subject: Subject,
+    computed: Option<Arc<Computed>>,
+) -> Header {
     Header {
         scene: scene.name.clone(),
         title: scene.title.clone(),
@@ -65,6 +73,7 @@ pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
         analyses: kinds(&scene.analysis),
         section: section_coordinates(&scene.analysis),
         subject,
+        computed,
     }
 }
 

@@ -19,6 +19,7 @@ const BELT: MassOnBelt = MassOnBelt {
     mu_s: 0.9,
     mu_d: 0.6,
     belt: 0.4,
+    stribeck: None,
 };
 
 const DAMPED: DampedContact = DampedContact {
