@@ -20,6 +20,8 @@ pub struct Computed {
     /// The vibration modes linearised at steady sliding under the first load, tilt and rotation, by
     /// ascending frequency.
     pub modes: Vec<ComputedMode>,
+    /// The lowest natural frequency, without contact and friction, Hz.
+    pub natural_hz: f64,
     /// Sliding speed of steady sliding, m/s.
     pub sliding_speed: f64,
     /// How the run is kicked.
@@ -187,6 +189,7 @@ pub(super) fn of_joint(
     Ok(Some(Arc::new(Computed {
         mechanism,
         modes,
+        natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
         sliding_speed,
         start: scene.start,
         readings,
@@ -204,6 +207,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
     let mut computed = Computed {
         mechanism,
         modes: Vec::new(),
+        natural_hz: 0.0,
         sliding_speed: 0.0,
         start: scene.start,
         readings: None,
@@ -213,6 +217,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
     match small {
         SmallSystem::MassOnBelt(system) => {
             computed.sliding_speed = system.belt;
+            computed.natural_hz = system.omega / TAU;
             computed.modes = vec![mode(
                 "the mass on its spring",
                 system.small_omega(),
@@ -228,6 +233,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
         }
         SmallSystem::TwoModesOnBelt(system) => {
             computed.sliding_speed = system.belt;
+            computed.natural_hz = system.omega[0].min(system.omega[1]) / TAU;
             let names = ["the first of the two", "the second of the two"];
             let modes = system.modes_at(system.mu).into_iter().zip(names);
             computed.modes = modes

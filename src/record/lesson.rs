@@ -16,6 +16,7 @@ use super::{
 use crate::{
     analysis::range,
     pipeline::message::{Computed, ComputedPicture, Course, Header, TiltedTone, Way},
+    scene::Mechanism,
 };
 
 /// Colours of computed curves.
@@ -51,7 +52,10 @@ impl Lesson {
         one(paths::LESSON_FORETOLD, "computed growth", style::ACCENT)?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
         rec.log_static(paths::LESSON_FORETOLD, &width)?;
-        draw_modes(rec, computed, spectrum)?;
+        let compares = [Mechanism::WhichModeWins, Mechanism::Prediction];
+        if compares.contains(&computed.mechanism) {
+            draw_modes(rec, computed, spectrum)?;
+        }
         if let Some(picture) = &computed.picture {
             draw_picture(rec, picture)?;
         }
@@ -223,4 +227,57 @@ fn draw_modes(
         .with_radii([Radius::new_ui_points(0.8)])
         .with_draw_order(-0.5);
     Ok(rec.log_static(paths::SPECTRUM_COMPUTED, &lines)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Output, RerunSink, tests::read};
+    use super::*;
+    use crate::pipeline::{Monitor, run};
+
+    /// What the picture of each mechanism is made of.
+    fn proofs(mechanism: Mechanism) -> &'static [&'static str] {
+        match mechanism {
+            Mechanism::NegativeSlope | Mechanism::ModeCoupling | Mechanism::ExchangedFriction => &[
+                paths::LESSON_LEVEL,
+                paths::LESSON_FORETOLD,
+                paths::LESSON_COMPUTED_CURVES,
+                paths::LESSON_COMPUTED_MARKS,
+            ],
+            Mechanism::StickSlip => &[paths::PORTRAIT_TRAIL, paths::VELOCITY],
+            Mechanism::LiftOff => &[paths::NODES, paths::NODE_COUNTS, paths::CONTACT_FORCE],
+            Mechanism::WhichModeWins | Mechanism::Prediction => {
+                &[paths::SPECTRUM_COMPUTED, paths::MODES_ENERGY]
+            }
+            Mechanism::Hysteresis => &[paths::LESSON_LOOP_UP, paths::LESSON_LOOP_NOW],
+            Mechanism::Torus => &[paths::SPECTRUM_PEAKS, paths::SECTION_POINTS],
+            Mechanism::Chaos => &[paths::BUTTERFLY_DISTANCE, paths::BUTTERFLY_FIRST],
+        }
+    }
+
+    #[test]
+    fn a_lesson_is_recorded_with_its_proof() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.rrd");
+        for preset in crate::scene::PRESETS {
+            let scene = preset.scene().unwrap().with_duration(100.0).unwrap();
+            let output = Output {
+                save: Some(path.clone()),
+                ..Output::default()
+            };
+            let mut sink = RerunSink::new(&output, scene.record).unwrap();
+            run(&scene, "", &mut sink, Monitor::default()).unwrap();
+            let (entities, _) = read(&path, paths::TIMELINE);
+            let Some(mechanism) = scene.mechanism else {
+                let of_lesson = |path: &String| path.starts_with("lesson");
+                assert!(!entities.keys().any(of_lesson), "{}", preset.name);
+                continue;
+            };
+            let told = entities[paths::LESSON].rows;
+            assert!((2..=6).contains(&told), "{}: {told}", preset.name);
+            for proof in proofs(mechanism) {
+                assert!(entities.contains_key(*proof), "{}: {proof}", preset.name);
+            }
+        }
+    }
 }

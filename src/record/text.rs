@@ -18,7 +18,7 @@ fn reading(header: &Header) -> String {
     let rows = [
         (
             header.computed.is_some(),
-            "**Lesson** | the mechanism that the scene shows: what was computed of it before the run, and what has been measured in it so far, beside the pictures that prove it; grey lines in the spectrum are the computed frequencies of modes that grow",
+            "**Lesson** | the mechanism that the scene shows: what was computed of it before the run, and what has been measured in it so far, beside the pictures that prove it",
         ),
         (
             header

@@ -59,7 +59,7 @@ impl TwoModesOnBelt {
     }
 
     /// Their shapes into the belt.
-    pub fn into(&self) -> [f64; 2] {
+    pub fn inwards(&self) -> [f64; 2] {
         [self.angle.sin(), self.angle.cos()]
     }
 
@@ -67,7 +67,7 @@ impl TwoModesOnBelt {
     /// 1/s^2, for another coefficient of friction.
     pub fn stiffness(&self, mu: f64) -> [[f64; 2]; 2] {
         let ([along, into], squares) = (
-            [self.along(), self.into()],
+            [self.along(), self.inwards()],
             self.omega.map(|omega| omega * omega),
         );
         let of = |a: [f64; 2], b: [f64; 2]| (0..2).map(|i| a[i] * squares[i] * b[i]).sum::<f64>();
@@ -123,7 +123,7 @@ impl TwoModesOnBelt {
 
     /// The normal force by the mass as if the contact could pull, N/kg.
     fn normal(&self, q: &[f64]) -> f64 {
-        self.load + self.contact_stiffness * dot(self.into(), q)
+        self.load + self.contact_stiffness * dot(self.inwards(), q)
     }
 
     /// The coefficient with its sign at a sliding speed (m/s, may be negative), and its slope, s/m.
@@ -181,7 +181,7 @@ impl Switching for TwoModesOnBelt {
         let [mu_steady, _] = self.coefficient(self.belt);
         let press = normal - self.load;
         let drag = mu * normal - mu_steady * self.load;
-        let (along, into) = (self.along(), self.into());
+        let (along, into) = (self.along(), self.inwards());
         for i in 0..2 {
             out[i] = drag * along[i] - press * into[i];
         }
@@ -222,7 +222,7 @@ impl Switching for TwoModesOnBelt {
             Self::TOUCHING => 1.0,
             _ => -1.0,
         };
-        let [first, second] = self.into().map(|e| sign * self.contact_stiffness * e);
+        let [first, second] = self.inwards().map(|e| sign * self.contact_stiffness * e);
         gradient.copy_from_slice(&[first, second, 0.0, 0.0]);
         0.0
     }
@@ -242,7 +242,7 @@ impl Differentiable for TwoModesOnBelt {
         if status != Self::TOUCHING {
             return out.fill(0.0);
         }
-        let (along, into) = (self.along(), self.into());
+        let (along, into) = (self.along(), self.inwards());
         let normal = self.normal(z);
         let [mu, slope] = self.coefficient(self.speed(&z[2..]));
         for k in 0..width {
@@ -317,7 +317,7 @@ mod tests {
     fn small_motions_have_the_stiffness_matrix() {
         let h = 1e-9;
         let stiffness = SYSTEM.stiffness(SYSTEM.mu);
-        let (along, into) = (SYSTEM.along(), SYSTEM.into());
+        let (along, into) = (SYSTEM.along(), SYSTEM.inwards());
         for (column, direction) in [along, into].into_iter().enumerate() {
             let z = [h * direction[0], h * direction[1], 0.0, 0.0];
             let mut dz = [0.0; 4];

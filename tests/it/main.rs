@@ -17,6 +17,7 @@ mod laws;
 mod layering;
 #[cfg(feature = "cli")]
 mod lyapunov;
+mod mechanisms;
 mod own_modes;
 mod pipeline;
 mod scenes;

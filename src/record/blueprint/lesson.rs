@@ -1,10 +1,10 @@
 //! The screen of a scene that shows a mechanism: its lesson, and the picture that proves it.
 
-use rerun::blueprint::{ContainerLike, StateTimelineView, components::Corner2D};
+use rerun::blueprint::{ContainerLike, components::Corner2D};
 
 use super::{Layout, Parts, tab};
 use crate::{
-    pipeline::message::{Computed, Header, Subject},
+    pipeline::message::{AnalysisKind, Computed, Header, Subject},
     record::{
         butterfly::Butterfly, lesson, paths, portrait::Portrait, section::Section, small,
         style::Quantity,
@@ -53,18 +53,16 @@ impl Layout {
         let portrait = self.portrait();
         let top = Parts::new().add(1.0, picture).add(0.8, portrait).row();
         let below = match &header.subject {
-            Subject::Small(_) => self.status(header),
-            _ => self.spectrum(header),
+            Subject::Small(_) => {
+                let velocity = self.velocity(header);
+                Parts::new().add(0.55, level).add(0.45, velocity).column()
+            }
+            Subject::Joint(_) | Subject::Signal(_) => {
+                let spectrum = self.spectrum(header);
+                Parts::new().add(1.0, level).add(1.0, spectrum).row()
+            }
         };
-        let below_share = match header.subject {
-            Subject::Small(_) => 0.16,
-            _ => 0.5,
-        };
-        Parts::new()
-            .add(1.0, top)
-            .add(0.6, level)
-            .add(below_share, below)
-            .column()
+        Parts::new().add(1.0, top).add(1.0, below).column()
     }
 
     /// The patch node by node beside the phase portrait; of a small system what it does.
@@ -72,14 +70,9 @@ impl Layout {
         let portrait = self.portrait();
         let velocity = self.velocity(header);
         let Subject::Joint(joint) = &header.subject else {
-            let status = self.status(header);
             let spectrum = self.spectrum(header);
             let top = Parts::new().add(1.0, portrait).add(1.0, spectrum).row();
-            return Parts::new()
-                .add(1.0, top)
-                .add(0.5, velocity)
-                .add(0.16, status)
-                .column();
+            return Parts::new().add(1.0, top).add(0.5, velocity).column();
         };
         let patch = self.patch(joint);
         let window = Some(SERIES.max(40.0 / spec.patch_rate));
@@ -143,9 +136,9 @@ impl Layout {
     fn torus_proof(&mut self, header: &Header) -> Option<ContainerLike> {
         let spectrum = self.spectrum(header);
         let portrait = self.portrait();
-        let embedding = self.embedding(header, 3.0);
+        let embedding = self.embedding(header, 3.6);
         let section = header
-            .has(crate::pipeline::message::AnalysisKind::Section)
+            .has(AnalysisKind::Section)
             .then(|| self.picture("Poincaré section", paths::SECTION, Section::bounds()));
         let top = Parts::new().add(1.5, spectrum).add(1.0, portrait).row();
         let below = Parts::new().add(1.0, embedding).add(1.0, section).row();
@@ -181,25 +174,15 @@ impl Layout {
     }
 
     fn velocity(&mut self, header: &Header) -> ContainerLike {
-        let window = match &header.subject {
-            Subject::Small(small) => (PERIODS / small.frequency_hz).min(header.duration),
-            Subject::Joint(_) | Subject::Signal(_) => SERIES,
+        let (window, key) = match &header.subject {
+            Subject::Small(small) => (
+                (PERIODS / small.frequency_hz).min(header.duration),
+                format!(": {}", small::key(small)),
+            ),
+            Subject::Joint(_) | Subject::Signal(_) => (SERIES, String::new()),
         };
         let last = Quantity::Time.words(window);
-        let name = format!("Velocity, mm/s (last {last})");
+        let name = format!("Velocity, mm/s (last {last}){key}");
         self.series(&name, paths::VELOCITY, Some(window))
-    }
-
-    /// What a small system does, as a band.
-    fn status(&mut self, header: &Header) -> Option<ContainerLike> {
-        let Subject::Small(info) = &header.subject else {
-            return None;
-        };
-        let name = format!("What it does: {}", small::key(info));
-        let status: ContainerLike = StateTimelineView::new(name)
-            .with_origin(paths::STATUS)
-            .into();
-        self.window(&status, (PERIODS / info.frequency_hz).min(header.duration));
-        Some(status)
     }
 }

@@ -140,6 +140,9 @@ impl Measured {
 }
 
 /// The loudness of the velocity, piece by piece, and how it grows as long as it is small.
+///
+/// What of a kick does not grow must have died away before growth can be read: it counts from where
+/// the level is three times that of the start, or else twenty natural periods after it.
 pub struct Envelope {
     /// Samples of a piece: the lowest natural period.
     piece: usize,
@@ -149,14 +152,20 @@ pub struct Envelope {
     count: usize,
     pieces: u64,
     level: f64,
-    /// Time (s) and level (m/s) of the first piece that counts.
+    /// Time (s) and level (m/s) of the first piece that is not silent.
     pub first: Option<[f64; 2]>,
+    /// The same of the piece from which growth counts.
+    anchor: Option<[f64; 2]>,
     line: Line,
     /// When it had become too large for the linear theory, s.
     pub ended: Option<f64>,
 }
 
 impl Envelope {
+    /// See [`Envelope`].
+    const RISEN: f64 = 3.0;
+    const WAITED: u64 = 20;
+
     fn new(piece: usize, limit: f64) -> Self {
         Self {
             piece,
@@ -166,6 +175,7 @@ impl Envelope {
             pieces: 0,
             level: 0.0,
             first: None,
+            anchor: None,
             line: Line::default(),
             ended: None,
         }
@@ -181,15 +191,17 @@ impl Envelope {
         self.level = (self.squares / self.count as f64).sqrt();
         (self.squares, self.count) = (0.0, 0);
         self.pieces += 1;
-        // In the first piece the kick dies away where it meets damping.
-        if self.pieces == 1 || self.level == 0.0 {
+        if self.level == 0.0 {
             return true;
         }
-        self.first.get_or_insert([time, self.level]);
+        let [_, first] = *self.first.get_or_insert([time, self.level]);
+        if self.level > Self::RISEN * first || self.pieces >= Self::WAITED {
+            self.anchor.get_or_insert([time, self.level]);
+        }
         if self.level > self.limit {
             self.ended.get_or_insert(time);
         }
-        if self.ended.is_none() {
+        if self.anchor.is_some() && self.ended.is_none() {
             self.line.push(time, self.level.ln());
         }
         true
@@ -205,11 +217,11 @@ impl Envelope {
         self.line.fit()
     }
 
-    /// Where the level would be at a time (s) if it had grown at a rate (1/s) from its first value on;
-    /// `None` before it, and once the vibration is no longer small.
+    /// Where the level would be at a time (s) if it had grown at a rate (1/s) since growth counts;
+    /// `None` before, and once the vibration is no longer small.
     pub fn foretold(&self, time: f64, rate: f64) -> Option<f64> {
-        let [since, first] = self.first.filter(|_| self.ended.is_none())?;
-        Some(first * (rate * (time - since)).exp())
+        let [since, level] = self.anchor.filter(|_| self.ended.is_none())?;
+        Some(level * (rate * (time - since)).exp())
     }
 }
 

@@ -17,7 +17,7 @@ use measured::Measured;
 
 use super::{Context, Emit, Stage, samples};
 use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Computed, Course, Frame, Header, Record};
+use crate::pipeline::message::{Computed, Course, Frame, Header, Record, TiltedTone};
 use crate::scene::{AnalysisSpec, Mechanism};
 
 /// Time from one look to the next, s: a lesson that changes more often cannot be read.
@@ -82,7 +82,7 @@ impl LessonStage {
     }
 
     /// The course at a time, s.
-    fn course(&self, time: f64, tone: Option<crate::pipeline::message::TiltedTone>) -> Record {
+    fn course(&self, time: f64, tone: Option<TiltedTone>) -> Record {
         let growth = self.computed.fastest().filter(|_| self.foretells);
         Record::Course(Course {
             time,

@@ -20,13 +20,16 @@ const SILENT: f64 = 1e-3;
 /// How many changes of tone are told, a way.
 const CHANGES: usize = 3;
 
+/// How many sums and differences of two tones are told.
+const COMBINATIONS: usize = 3;
+
 /// The lesson as far as the run has come.
 pub fn page(computed: &Computed, measured: &Measured) -> Page {
     match computed.mechanism {
         Mechanism::NegativeSlope => negative_slope(computed, measured),
         Mechanism::ModeCoupling => mode_coupling(computed, measured),
         Mechanism::StickSlip => stick_slip(computed, measured),
-        Mechanism::LiftOff => lift_off(measured),
+        Mechanism::LiftOff => lift_off(computed, measured),
         Mechanism::ExchangedFriction => exchanged_friction(computed, measured),
         Mechanism::WhichModeWins => which_mode_wins(computed, measured),
         Mechanism::Hysteresis => hysteresis(measured),
@@ -62,7 +65,7 @@ fn negative_slope(computed: &Computed, measured: &Measured) -> Page {
         page.compute("frequency", quantity(mode.frequency_hz, "Hz"));
     }
     growth(&mut page, measured);
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     page.measure(
         "time that it sticks, of the last 25 ms",
         measured.statuses.as_ref().map(|s| percent(s.held())),
@@ -102,7 +105,7 @@ fn mode_coupling(computed: &Computed, measured: &Measured) -> Page {
         .collect();
     page.compute("frequencies of the two modes", frequencies.join(", "));
     growth(&mut page, measured);
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     page.measure(
         "time that it is lifted off, of the last 25 ms",
         measured.statuses.as_ref().map(|s| percent(1.0 - s.held())),
@@ -117,16 +120,12 @@ fn stick_slip(computed: &Computed, measured: &Measured) -> Page {
         "Slow sliding lets friction hold. What sticks is carried along and winds up its spring, until this \
          pulls harder than friction holds; then it slips back, faster than it was carried, and sticks \
          again. Bowed strings, chalk and door hinges do this.",
-        "the flat edge of the phase portrait: there the velocity is that of what drags it. At the same time \
-         the sticking light up orange.",
+        "the flat edge of the phase portrait: there the velocity is that of what drags it. What sticks is \
+         drawn in orange.",
     );
-    if let Some(mode) = computed.modes.first() {
-        page.compute(
-            "lowest frequency of a small vibration",
-            quantity(mode.frequency_hz, "Hz"),
-        );
-    }
-    tone(&mut page, measured);
+    let natural = quantity(computed.natural_hz, "Hz");
+    page.compute("lowest natural frequency", &natural);
+    tone(&mut page, computed, measured);
     if let Some(nodes) = &measured.nodes {
         let [mean, most] = nodes.stuck();
         page.measure(
@@ -149,29 +148,28 @@ fn stick_slip(computed: &Computed, measured: &Measured) -> Page {
         page.measure("time that it sticks", None);
     }
     let sticking = match (&measured.nodes, &measured.statuses) {
-        (Some(nodes), _) => Some(nodes.half_stuck()),
-        (None, statuses) => statuses.as_ref().map(|statuses| statuses.held()),
+        (Some(nodes), _) => Some(("Half of the nodes or more stick", nodes.half_stuck())),
+        (None, Some(statuses)) => Some(("It sticks", statuses.held())),
+        (None, None) => None,
     };
-    page.says = sticking.map(|share| match share {
-        0.0 => "Nothing sticks at present: it only slides.".to_owned(),
-        share => {
-            let pitch = computed.modes.first().zip(measured.tone());
-            let flat = match pitch.filter(|(mode, tone)| *tone < 0.95 * mode.frequency_hz) {
-                Some((mode, tone)) => format!(
-                    " The time it is held is added to each swing: the pitch, {}, lies below that of a \
-                     small vibration, {}.",
-                    quantity(tone, "Hz"),
-                    quantity(mode.frequency_hz, "Hz")
-                ),
-                None => String::new(),
-            };
-            format!("It is held for **{}** of the time.{flat}", percent(share))
+    page.says = sticking.map(|(who, share)| {
+        if share == 0.0 {
+            return "Nothing sticks at present: it only slides.".to_owned();
         }
+        let low = measured.tone().filter(|tone| *tone < 0.95 * computed.natural_hz);
+        let low = low.map_or_else(String::new, |tone| {
+            format!(
+                " The time of sticking is added to each swing: the pitch, {}, lies below the natural \
+                 frequency, {natural}.",
+                quantity(tone, "Hz")
+            )
+        });
+        format!("{who} for **{}** of the time.{low}", percent(share))
     });
     page
 }
 
-fn lift_off(measured: &Measured) -> Page {
+fn lift_off(computed: &Computed, measured: &Measured) -> Page {
     let mut page = new(
         "Lift-off: the contact opens and hammers",
         "A contact can push, but not pull. Where the vibration is larger than the elastic indentation, \
@@ -181,7 +179,7 @@ fn lift_off(measured: &Measured) -> Page {
         "the contact patch: white nodes have lifted off. In *Forces* the normal force has flat zeros where \
          the whole contact is open, and peaks where it strikes.",
     );
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     let nodes = measured.nodes.as_ref();
     let open = nodes.map(|nodes| nodes.open());
     page.measure(
@@ -223,7 +221,7 @@ fn exchanged_friction(computed: &Computed, measured: &Measured) -> Page {
         "the computed friction curves: at the dots one rises, one falls. *How loud it is* shows what that \
          comes to.",
     );
-    for (name, reading) in ["of this run", "exchanged"]
+    for (name, reading) in ["this run", "exchanged"]
         .into_iter()
         .zip(computed.readings.iter().flatten())
     {
@@ -231,7 +229,7 @@ fn exchanged_friction(computed: &Computed, measured: &Measured) -> Page {
     }
     growth(&mut page, measured);
     level(&mut page, computed, measured);
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     let grew = measured.envelope.growth().map(|fit| fit.slope);
     page.says = grew.map(|grew| {
         let other = computed
@@ -261,16 +259,20 @@ fn reading_rows(page: &mut Page, name: &str, reading: &FrictionReading) {
         slope,
         ..
     } = reading;
+    page.compute(format!("{name}: d, f"), format!("{creep}, {stribeck} s/m"));
     page.compute(
-        format!("µ and its slope at the sliding speed, {name} (d = {creep}, f = {stribeck})"),
+        format!("{name}: µ as it slides, its slope"),
         format!("{mu:.3}, {slope:+.2} s/m"),
     );
-    let count = reading.unstable().len();
-    let growth = reading.fastest().map(per_second).unwrap_or_default();
-    page.compute(
-        format!("modes that grow, {name}"),
-        format!("{count}; largest rate {growth}"),
-    );
+    let fastest = reading
+        .unstable()
+        .first()
+        .map(|mode| per_second(mode.growth));
+    let grow = match fastest {
+        Some(rate) => format!("{}, up to {rate}", reading.unstable().len()),
+        None => "none".to_owned(),
+    };
+    page.compute(format!("{name}: modes that grow"), grow);
 }
 
 fn which_mode_wins(computed: &Computed, measured: &Measured) -> Page {
@@ -292,7 +294,7 @@ fn which_mode_wins(computed: &Computed, measured: &Measured) -> Page {
         format!("{} √kg, seed {}", quantity(start.kick, "m/s"), start.seed),
     );
     leaders(&mut page, measured);
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     page.says = measured.tone().map(|tone| {
         let winner = match near(computed, tone) {
             Some(mode) => format!("**{}** has won", mode.label),
@@ -321,7 +323,7 @@ fn prediction(computed: &Computed, measured: &Measured) -> Page {
     }
     growth(&mut page, measured);
     leaders(&mut page, measured);
-    tone(&mut page, measured);
+    tone(&mut page, computed, measured);
     page.says = computed.unstable().first().zip(measured.tone()).map(|(bet, tone)| {
         let heard = quantity(tone, "Hz");
         let foretold = quantity(bet.frequency_hz, "Hz");
@@ -385,10 +387,11 @@ fn hysteresis(measured: &Measured) -> Page {
         let down = tilts.on(Way::Down).next();
         match (up, down, span) {
             (Some(up), Some(down), _) => format!(
-                "Up it changed at **{}**, down it changed back only at **{}**: {} later.",
+                "Up it changed at **{}**, down it changed back only at **{}**, {:.1}° below.",
                 degrees(up.to.tilt),
                 degrees(down.to.tilt),
-                degrees(up.to.tilt - down.to.tilt)
+                // As the reader would subtract them.
+                tenths(up.to.tilt) - tenths(down.to.tilt)
             ),
             (Some(up), None, Some(_)) => format!(
                 "Up it changed at **{}**; down it has not changed back so far.",
@@ -442,17 +445,18 @@ fn torus(measured: &Measured) -> Page {
     );
     let difference = tones.map(|(a, b)| (a.frequency - b.frequency).abs());
     page.measure("their difference", difference.map(|hz| quantity(hz, "Hz")));
-    let mixed: Vec<String> = measured
+    let mixed = |label: &str| label.contains("f1") && label.contains("f2");
+    let mixed: Vec<_> = measured
         .peaks
         .iter()
-        .filter(|peak| peak.label.contains("f1") && peak.label.contains("f2"))
-        .take(CHANGES)
-        .map(|peak| format!("{} at {}", peak.label, quantity(peak.frequency, "Hz")))
+        .filter(|peak| mixed(&peak.label))
         .collect();
-    page.measure(
-        "sums and differences that are heard",
-        (!mixed.is_empty()).then(|| mixed.join("; ")),
-    );
+    if mixed.is_empty() {
+        page.measure("sums and differences", None);
+    }
+    for peak in mixed.into_iter().take(COMBINATIONS) {
+        page.measure(&peak.label, Some(quantity(peak.frequency, "Hz")));
+    }
     exponents(&mut page, measured, 2);
     page.says = difference.filter(|hz| *hz > 0.0).map(|hz| {
         let seen = match measured.exponents.as_ref().map(|exponents| exponents.attractor()) {
@@ -478,8 +482,9 @@ fn chaos(measured: &Measured) -> Page {
          chance. Their distance doubles time and again, until the two have nothing in common but the \
          shape of their motion. So the law is known, yet the future is not: what is not known of the start \
          grows.",
-        "the distance on its logarithmic scale: a straight rise is doubling at a steady pace. The two phase \
-         portraits look alike, but the copies are elsewhere on them.",
+        "the distance on its logarithmic scale: by and large a straight rise, which is doubling; it halts \
+         where the motion is calm for a while. The two phase portraits look alike, but the copies are \
+         elsewhere on them.",
     );
     let [first, last] = match measured.parting {
         Some([first, last]) => [Some(first), Some(last)],
@@ -538,17 +543,25 @@ fn level(page: &mut Page, computed: &Computed, measured: &Measured) {
         first.map(|[_, level]| quantity(level, "m/s")),
     );
     let now = measured.envelope.level();
-    let silent = now < SILENT * computed.sliding_speed;
+    let silent = is_silent(computed, measured);
     let words = quantity(now, "m/s") + if silent { ", silent" } else { "" };
     page.measure("loudness now", first.map(|_| words));
 }
 
+/// Whether there is nothing to hear.
+fn is_silent(computed: &Computed, measured: &Measured) -> bool {
+    measured.envelope.level() < SILENT * computed.sliding_speed
+}
+
 /// A row on what is heard.
-fn tone(page: &mut Page, measured: &Measured) {
-    page.measure(
-        "heard, the strongest line",
-        measured.tone().map(|tone| quantity(tone, "Hz")),
-    );
+fn tone(page: &mut Page, computed: &Computed, measured: &Measured) {
+    let heard = measured
+        .tone()
+        .map(|tone| match is_silent(computed, measured) {
+            true => "nothing".to_owned(),
+            false => quantity(tone, "Hz"),
+        });
+    page.measure("heard, the strongest line", heard);
 }
 
 /// Rows on the modes with the most energy.
@@ -608,6 +621,11 @@ fn mode_words(mode: &ComputedMode) -> String {
     format!("{frequency}, grows at {}", per_second(mode.growth))
 }
 
+/// A tilt (rad) in degrees, to a tenth.
+fn tenths(tilt: f64) -> f64 {
+    (10.0 * tilt.to_degrees()).round() / 10.0
+}
+
 fn degrees(tilt: f64) -> String {
     format!("{:.1}°", tilt.to_degrees())
 }
@@ -617,7 +635,8 @@ fn plain(x: f64) -> String {
     match x.abs() {
         100.0.. => format!("{x:.0}"),
         10.0.. => format!("{x:.1}"),
-        _ => format!("{x:.2}"),
+        0.1.. => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
     }
 }
 
