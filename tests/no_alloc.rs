@@ -209,6 +209,7 @@ fn stopping_at_events_allocates_nothing() {
         mu_s: 1.0,
         mu_d: 0.5,
         belt: 0.2,
+        stribeck: None,
     };
     let damped = DampedContact {
         omega: 1.0,

@@ -263,9 +263,10 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
 fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<&str>) {
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]).areas(area);
-    let words = match panel.words.is_empty() {
-        true => &panel.about,
-        false => &panel.words,
+    let words = match (panel.lesson.is_empty(), panel.words.is_empty()) {
+        (false, _) => format!("{}\n\n{}", panel.lesson, panel.words),
+        (true, false) => panel.words.clone(),
+        (true, true) => panel.about.clone(),
     };
     // The marks of Markdown are no help here.
     let plain: String = words.replace("**", "").replace('`', "");

@@ -4,6 +4,7 @@
 //! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
 //! * [`hard_cases`]: the hardest of them, one by one, with what was measured.
 //! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
+//! * [`mechanisms`]: why things squeal, a scene each, with numbers measured in its run.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
 //! * [`live`]: a run that is steered while it goes on, its page, its sound.
@@ -22,6 +23,9 @@ pub mod hard_cases {}
 
 #[doc = include_str!("exponents.md")]
 pub mod exponents {}
+
+#[doc = include_str!("mechanisms.md")]
+pub mod mechanisms {}
 
 #[doc = include_str!("sweeps.md")]
 pub mod sweeps {}

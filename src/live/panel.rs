@@ -38,6 +38,8 @@ pub struct Panel {
     pub reach_deg: Option<[f64; 2]>,
     /// What is being seen, Markdown with a heading.
     pub words: String,
+    /// What the run shows of the scene's mechanism so far, Markdown with a heading; empty where it is for none.
+    pub lesson: String,
     /// The kind of motion, by the last verdict.
     pub regime: Option<String>,
     /// How sure that is, 0 to 1.
@@ -186,6 +188,7 @@ impl Sink for Scribe {
                 panel.confidence = Some(verdict.confidence);
             }
             Record::Narration { text, .. } => board.panel().words = text,
+            Record::Lesson { text, .. } => board.panel().lesson = text,
             Record::Event { time, text } | Record::Warning { time, text } => {
                 board.tell(time, text);
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::message::{Frame, Header, Record, Summary};
 use super::stages::{
     ButterflyStage, ChaosStage, ChatterStage, ClosingStage, Context, DelayStage, ExponentsStage,
-    NarrationStage, QuantificationStage, RecurrenceStage, RegimeStage, SectionStage,
+    LessonStage, NarrationStage, QuantificationStage, RecurrenceStage, RegimeStage, SectionStage,
     SpectrogramStage, SpectrumStage, Stage,
 };
 use super::{Sink, SinkError};
@@ -47,6 +47,8 @@ pub enum AnalyseError {
 pub struct Analyser {
     context: Context,
     stages: Vec<Box<dyn Stage>>,
+    /// Hears what the others say.
+    lesson: Option<LessonStage>,
     closing: ClosingStage,
 }
 
@@ -97,6 +99,7 @@ impl Analyser {
         Self {
             context: Context::new(rate),
             stages,
+            lesson: LessonStage::new(spec, header),
             closing: ClosingStage::new(spec.spectrum.as_ref(), rate),
         }
     }
@@ -115,9 +118,19 @@ impl Analyser {
         }
         sink.accept(Record::Samples(Arc::clone(frame)))
             .map_err(AnalyseError::Sink)?;
-        let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
+        let lesson = &mut self.lesson;
+        let mut emit = |record| {
+            if let Some(lesson) = lesson {
+                lesson.hear(&record);
+            }
+            sink.accept(record).map_err(AnalyseError::Sink)
+        };
         for stage in &mut self.stages {
             stage.push(frame, &mut self.context, &mut emit)?;
+        }
+        if let Some(lesson) = &mut self.lesson {
+            let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
+            lesson.push(frame, &mut self.context, &mut emit)?;
         }
         self.closing.push(frame);
         self.context.clock.advance(frame);
@@ -132,6 +145,9 @@ impl Analyser {
         let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
         for stage in &mut self.stages {
             stage.finish(&mut self.context, &mut emit)?;
+        }
+        if let Some(lesson) = &mut self.lesson {
+            lesson.finish(&mut self.context, &mut emit)?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::SinkError;
 use super::analyse::AnalyseError;
 use super::outlet::RecorderGone;
 use crate::dynamics::DynamicsError;
-use crate::joint::AssemblyError;
+use crate::joint::{AssemblyError, StabilityError};
 use crate::scene::SceneError;
 
 /// Why a run failed.
@@ -16,6 +16,9 @@ pub enum PipelineError {
     /// The joint cannot be assembled.
     #[error("the joint cannot be assembled")]
     Assembly(#[from] AssemblyError),
+    /// The growth rates that a lesson compares with cannot be computed.
+    #[error("the growth rates for the scene's mechanism cannot be computed")]
+    Stability(#[from] StabilityError),
     /// A fixed step is too long for the fastest motion of the system, contact and friction included.
     #[error(
         "a fixed step of {step_us} us is unstable for the fastest motion about the start: choose \

@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+pub use super::computed::{
+    Computed, ComputedCurve, ComputedMode, ComputedPicture, Coupling, FrictionReading,
+};
+pub use super::course::{Course, TiltedTone, Way};
 use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, Tally};
 
@@ -281,6 +285,8 @@ pub struct Header {
     pub section: [SectionCoordinate; 2],
     /// Where the samples come from.
     pub subject: Subject,
+    /// What was computed of a scene that shows a mechanism; `None` for all others.
+    pub computed: Option<Arc<Computed>>,
 }
 
 impl Header {
@@ -621,6 +627,15 @@ pub enum Record {
         /// What was done.
         text: String,
     },
+    /// What the run shows of the scene's mechanism so far: Markdown that starts with a heading `## ...`.
+    Lesson {
+        /// Simulated time, s.
+        time: f64,
+        /// The words.
+        text: String,
+    },
+    /// One point of the course of a run that shows a mechanism.
+    Course(Course),
     /// Something the user should know.
     Warning {
         /// Simulated time, s.

@@ -2,6 +2,8 @@
 
 mod along;
 mod analyse;
+mod computed;
+mod course;
 mod error;
 #[cfg(test)]
 mod flow_tests;

@@ -71,6 +71,7 @@ impl Source for Playback {
             analyses: kinds(&self.analysis),
             section: section_coordinates(&self.analysis),
             subject: Subject::Signal(self.info.clone()),
+            computed: None,
         }
     }
 

@@ -68,7 +68,7 @@ pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepare
         SubjectSpec::Small(small) => {
             let system = boxed(small);
             let integrator = of_small(scene, system.as_ref())?;
-            (system, integrator, vec![1.0])
+            (system, integrator, small_probe(small))
         }
     };
     let mut state = initial_state(scene, system.modes());
@@ -86,7 +86,18 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     match *small {
         SmallSystem::ImpactOscillator(system) => Box::new(system),
         SmallSystem::MassOnBelt(system) => Box::new(system),
+        SmallSystem::TwoModesOnBelt(system) => Box::new(system),
         SmallSystem::DampedContact(system) => Box::new(system),
+    }
+}
+
+/// What makes the displacement observed of a small system's modal coordinates.
+fn small_probe(small: &SmallSystem) -> Vec<f64> {
+    match small {
+        SmallSystem::TwoModesOnBelt(system) => system.along().to_vec(),
+        SmallSystem::ImpactOscillator(_)
+        | SmallSystem::MassOnBelt(_)
+        | SmallSystem::DampedContact(_) => vec![1.0],
     }
 }
 

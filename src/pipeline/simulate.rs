@@ -5,8 +5,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
+use super::computed;
 use super::message::{
-    EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    Computed, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
     PatchSnapshot, Shown, Subject,
 };
 use super::prepare::{initial_state, kick, of_joint};
@@ -33,6 +34,8 @@ pub struct Simulation {
     joint: Joint,
     integrator: Integrator,
     geometry: Arc<PatchGeometry>,
+    /// What was computed of the scene's mechanism.
+    computed: Option<Arc<Computed>>,
     /// What acts on the joint at present.
     loading: Loading,
     /// Times of jumps that are still to come, s, the next one last.
@@ -126,6 +129,7 @@ impl Simulation {
         jumps.reverse();
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
+            computed: computed::of_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
             ball,
@@ -285,9 +289,10 @@ impl Simulation {
 
 impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
+        let subject = Subject::Joint(self.joint_info());
         Header {
             endless: self.reach.is_some(),
-            ..header(&self.scene, command, Subject::Joint(self.joint_info()))
+            ..header(&self.scene, command, subject, self.computed.clone())
         }
     }
 

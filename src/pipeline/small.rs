@@ -5,13 +5,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::along::{Along, Reached, with_tangents};
+use super::computed;
 use super::message::{Frame, Header, Shown, SmallInfo, StatusInfo, StatusKind, Subject};
 use super::prepare::kick;
 use super::source::{Steerable, header};
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::dynamics::DynamicsError;
 use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
-use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Natural and driving frequencies shown in spectra, times this: jumps have many harmonics.
 const HARMONICS: f64 = 8.0;
@@ -74,9 +75,11 @@ impl SmallSimulation {
 
 impl Source for SmallSimulation {
     fn header(&self, command: &str) -> Header {
+        let subject = Subject::Small(self.info.clone());
+        let computed = computed::of_small(&self.scene);
         Header {
             endless: self.endless,
-            ..header(&self.scene, command, Subject::Small(self.info.clone()))
+            ..header(&self.scene, command, subject, computed)
         }
     }
 
@@ -101,15 +104,21 @@ impl Source for SmallSimulation {
         let count = left.min(self.scene.frame_samples as u64);
         let Prepared {
             system,
+            probe,
             integrator,
             state: z,
-            ..
         } = &mut self.prepared;
+        let modes = system.modes();
+        // Displacement and velocity of what is observed.
+        let observe = |z: &[f64]| {
+            let row = |part: &[f64]| probe.iter().zip(part).map(|(p, x)| p * x).sum::<f64>();
+            [row(&z[..modes]), row(&z[modes..])]
+        };
         let mut frame = Frame {
             index: self.frames,
             t0: self.next_sample as f64 / rate,
             dt: 1.0 / rate,
-            modes: 1,
+            modes,
             shown: self.shown,
             ..Frame::default()
         };
@@ -119,16 +128,16 @@ impl Source for SmallSimulation {
                 Err(DynamicsError::Stopped { .. }) => break,
                 other => other?,
             }
-            frame.q.push(z[0]);
-            frame.qdot.push(z[1]);
-            frame.displacement.push(z[0]);
-            frame.velocity.push(z[1]);
+            frame.q.extend_from_slice(&z[..modes]);
+            frame.qdot.extend_from_slice(&z[modes..]);
+            let [displacement, velocity] = observe(z);
+            frame.displacement.push(displacement);
+            frame.velocity.push(velocity);
             // The status of the step that the sample lies in.
             frame.status.extend(integrator.status());
             let reached = Reached { index, time, z };
-            let probe = |z: &[f64]| [z[0], z[1]];
             self.along
-                .follow(system.as_ref(), integrator, reached, probe, &mut frame)?;
+                .follow(system.as_ref(), integrator, reached, observe, &mut frame)?;
         }
         // Fewer samples than planned where it was told to stop.
         if frame.is_empty() {
@@ -206,6 +215,14 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
                 (MassOnBelt::AHEAD, "slides ahead", StatusKind::Other),
             ]),
             "changes between sticking and sliding",
+        ),
+        SmallSystem::TwoModesOnBelt(system) => (
+            system.omega.to_vec(),
+            names([
+                (TwoModesOnBelt::TOUCHING, "touches", StatusKind::Held),
+                (TwoModesOnBelt::APART, "lifted off", StatusKind::Free),
+            ]),
+            "touches and lift-offs",
         ),
         SmallSystem::DampedContact(system) => (
             vec![

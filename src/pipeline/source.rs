@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate, Shown, Subject};
+use super::message::{AnalysisKind, Computed, Frame, Header, SectionCoordinate, Shown, Subject};
 use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
 
@@ -103,8 +103,14 @@ impl Source for Box<dyn Source> {
     }
 }
 
-/// The header of a scene's run; `command` says how the program was started.
-pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
+/// The header of a scene's run; `command` says how the program was started, `computed` is what was
+/// computed of its mechanism.
+pub(super) fn header(
+    scene: &Scene,
+    command: &str,
+    subject: Subject,
+    computed: Option<Arc<Computed>>,
+) -> Header {
     Header {
         scene: scene.name.clone(),
         title: scene.title.clone(),
@@ -117,6 +123,7 @@ pub(super) fn header(scene: &Scene, command: &str, subject: Subject) -> Header {
         analyses: kinds(&scene.analysis),
         section: section_coordinates(&scene.analysis),
         subject,
+        computed,
     }
 }
 

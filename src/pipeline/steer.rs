@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use super::PipelineError;
 use super::message::{Frame, Header, Shown};
 use super::source::{Source, Steerable};
+use crate::dynamics::DynamicsError;
 use crate::scene::AnalysisSpec;
 
 /// Frames a second of wall time. An order is carried out at the next frame's border.
@@ -269,7 +270,11 @@ impl Source for Steered {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        self.wait()?;
+        match self.wait() {
+            // Told to stop while an order was carried out.
+            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
+            waited => waited?,
+        }
         if self.ended {
             return Ok(None);
         }

@@ -12,6 +12,7 @@ use super::{
     error::RecordError,
     exponents::ExponentsPlot,
     health,
+    lesson::Lesson,
     patch::Patch,
     paths::{self, Root},
     portrait::{self, Embedding, Portrait},
@@ -46,6 +47,7 @@ pub struct Encoder {
     chaos: Chaos,
     exponents: ExponentsPlot,
     butterfly: Option<Butterfly>,
+    lesson: Option<Lesson>,
 }
 
 /// What frames of samples draw.
@@ -128,7 +130,10 @@ impl Encoder {
         let spectrum = spectrum::spectrum_plot(&header);
         spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
         let subject = &header.subject;
+        let lesson = header.computed.as_ref();
+        let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed, &spectrum));
         Ok(Self {
+            lesson: lesson.transpose()?,
             frames: Frames::new(rec, &header, spec)?,
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
@@ -240,6 +245,14 @@ impl Encoder {
             },
             Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
             Record::Event { time, text } => text::note(rec, *time, text),
+            Record::Lesson { time, text } => match &self.lesson {
+                Some(lesson) => lesson.tell(rec, *time, text),
+                None => Ok(()),
+            },
+            Record::Course(course) => match &mut self.lesson {
+                Some(lesson) => lesson.push(rec, course),
+                None => Ok(()),
+            },
             Record::Warning { time, text } => text::warn(rec, *time, text),
             Record::Summary(summary) => text::summarise(rec, &self.header, summary),
         }
@@ -268,12 +281,15 @@ impl Encoder {
 
     /// Sends what frames of samples have waiting for a fuller batch.
     pub fn send_waiting(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        if let Some(lesson) = &mut self.lesson {
+            lesson.finish(rec)?;
+        }
         self.frames.finish(rec)
     }
 
     /// Sends all that waits for a fuller batch.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.frames.finish(rec)?;
+        self.send_waiting(rec)?;
         if let Some(butterfly) = &mut self.butterfly {
             butterfly.finish(rec)?;
         }

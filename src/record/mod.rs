@@ -41,6 +41,7 @@ mod error;
 mod exponents;
 mod file_stream;
 mod health;
+mod lesson;
 mod part_file;
 mod patch;
 pub mod paths;

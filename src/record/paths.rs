@@ -9,6 +9,34 @@ pub const RUN_PROPERTY: &str = "squeakscope";
 
 /// What is seen now, in words.
 pub const NARRATION: &str = "narration";
+/// The lesson of a scene that shows a mechanism.
+pub const LESSON: &str = "lesson/words";
+/// Logarithm (to the base of ten) of how loud it is, mm/s.
+pub const LESSON_LEVEL: &str = "lesson/level";
+/// The same as computed.
+pub const LESSON_FORETOLD: &str = "lesson/foretold";
+/// Picture of what was computed.
+pub const LESSON_COMPUTED: &str = "lesson/computed";
+/// Its curves.
+pub const LESSON_COMPUTED_CURVES: &str = "lesson/computed/curves";
+/// Where the run is on them.
+pub const LESSON_COMPUTED_MARKS: &str = "lesson/computed/marks";
+/// Its axes.
+pub const LESSON_COMPUTED_AXES: &str = "lesson/computed/axes";
+/// What its colours mean.
+pub const LESSON_COMPUTED_KEY: &str = "lesson/computed/key";
+/// Pitch over tilt, up and down.
+pub const LESSON_LOOP: &str = "lesson/loop";
+/// On the way up.
+pub const LESSON_LOOP_UP: &str = "lesson/loop/up";
+/// On the way down.
+pub const LESSON_LOOP_DOWN: &str = "lesson/loop/down";
+/// Now.
+pub const LESSON_LOOP_NOW: &str = "lesson/loop/now";
+/// Axes of the loop.
+pub const LESSON_LOOP_AXES: &str = "lesson/loop/axes";
+/// What its colours mean.
+pub const LESSON_LOOP_KEY: &str = "lesson/loop/key";
 /// The scene, its text, how to read the views, versions.
 pub const ABOUT: &str = "about";
 /// Warnings and the summary, as a log.
@@ -94,6 +122,8 @@ pub const SPECTRUM_NAMES: &str = "spectrum/names";
 pub const SPECTRUM_STEMS: &str = "spectrum/stems";
 /// Tips of the strongest lines of the spectrum.
 pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
+/// Computed frequencies of the modes that grow.
+pub const SPECTRUM_COMPUTED: &str = "spectrum/computed";
 /// Axes of the spectrum.
 pub const SPECTRUM_AXES: &str = "spectrum/axes";
 

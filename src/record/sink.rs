@@ -108,7 +108,7 @@ impl RerunSink {
     pub fn part(&self) -> Option<&Path> {
         match &self.end {
             End::File { part, .. } => Some(part.part()),
-            End::Viewer(_) => None,
+            End::Viewer(_) | End::Audience(_) => None,
         }
     }
 

@@ -17,6 +17,10 @@ fn reading(header: &Header) -> String {
     let has = |kind| header.has(kind);
     let rows = [
         (
+            header.computed.is_some(),
+            "**Lesson** | the mechanism that the scene shows: what was computed of it before the run, and what has been measured in it so far, beside the pictures that prove it",
+        ),
+        (
             header
                 .joint()
                 .is_some_and(|joint| !joint.outline.vertices.is_empty()),

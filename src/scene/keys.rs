@@ -11,6 +11,7 @@ use super::kind::{
     AllOr, AutoOr, Choice, Coordinates, Count, Flag, Kind, List, Number, OneOrMany, Range, Seed,
     Tables, Text, Vector,
 };
+use super::mechanism::Mechanism;
 use super::spec::{Events, Method};
 use super::units::Unit;
 
@@ -208,6 +209,17 @@ const NORM: Choice<Norm> = Choice {
     ],
 };
 
+/// The mechanisms by name.
+static MECHANISMS: [(&str, Mechanism); Mechanism::ALL.len()] = {
+    let mut named = [("", Mechanism::NegativeSlope); Mechanism::ALL.len()];
+    let mut k = 0;
+    while k < named.len() {
+        named[k] = (Mechanism::ALL[k].name(), Mechanism::ALL[k]);
+        k += 1;
+    }
+    named
+};
+
 /// The four thresholds of one table exclude one another.
 const ONE_THRESHOLD: Otherwise =
     Else("exactly one of `threshold_rate`, `threshold_um`, `threshold_spread` and `neighbours`");
@@ -226,6 +238,8 @@ keys! {
     TITLE: Text = "title", Else("the name"), Text;
     /// A few sentences (Markdown) on what to look for.
     ABOUT: Text = "about", Else("empty"), Text;
+    /// The mechanism that the scene shows: a lesson explains it, with numbers measured in the run, beside the picture that proves it (guide `mechanisms`).
+    MECHANISM: Choice<Mechanism> = "mechanism", Else("no lesson"), Choice { options: &MECHANISMS };
 
     /// File (.npz) of modes and contact patch from another finite-element program, from the folder of the scene file; excludes every other key of `[body]`, `[socket]` and what lays out the patch.
     MODES: Text = "body.modes", Else("ball and beam as below"), Text;
@@ -437,6 +451,26 @@ keys! {
     BELT_MU_D: Number = "mass_on_belt.mu_d", Required, number(One, Range::Closed(0.0, 10.0));
     /// Speed of the belt.
     BELT_SPEED: Number = "mass_on_belt.belt_mm_per_s", Required, number(MillimetrePerSecond, Range::Positive(1e5));
+    /// Slope factor of the fall from the static to the kinetic coefficient with the sliding speed; the larger, the steeper.
+    BELT_STRIBECK: Number = "mass_on_belt.stribeck_slope_s_per_m", Else("the coefficient falls at once"),
+        number(SecondPerMetre, Range::Positive(1e6));
+
+    /// Natural frequency of the first mode out of contact.
+    COUPLED_FIRST: Number = "two_modes_on_belt.first_frequency_hz", Required, FREQUENCY;
+    /// Natural frequency of the second mode out of contact; it moves across the first one.
+    COUPLED_SECOND: Number = "two_modes_on_belt.second_frequency_hz", Required, FREQUENCY;
+    /// Direction in which the first mode moves: from along the belt towards into it.
+    COUPLED_ANGLE: Number = "two_modes_on_belt.angle_deg", Required, number(Degree, Range::Closed(-90.0, 90.0));
+    /// Stiffness of the contact, as the frequency of the mass on it alone.
+    COUPLED_CONTACT: Number = "two_modes_on_belt.contact_frequency_hz", Required, FREQUENCY;
+    /// Force that presses the mass onto the belt, by the mass.
+    COUPLED_LOAD: Number = "two_modes_on_belt.load_n_per_kg", Required, number(NewtonPerKilogram, Range::Positive(1e6));
+    /// Coefficient of friction, the same at all speeds but next to rest.
+    COUPLED_MU: Number = "two_modes_on_belt.mu", Required, number(One, Range::Closed(0.0, 10.0));
+    /// Slope factor by which it rises from zero at rest; at least 20 over the speed of the belt.
+    COUPLED_CREEP: Number = "two_modes_on_belt.creep_slope_s_per_m", Default("1000"), number(SecondPerMetre, Range::Positive(1e8));
+    /// Speed of the belt.
+    COUPLED_SPEED: Number = "two_modes_on_belt.belt_mm_per_s", Required, number(MillimetrePerSecond, Range::Positive(1e5));
 
     /// Natural frequency out of contact.
     DAMPED_FREQUENCY: Number = "damped_contact.frequency_hz", Required, FREQUENCY;

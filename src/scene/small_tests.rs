@@ -63,6 +63,7 @@ fn each_table_is_its_system_in_si_units() {
             mu_s: 0.55,
             mu_d: 0.25,
             belt: 0.01,
+            stribeck: None,
         }))
     );
     let contact = TAU * 600.0;

@@ -1,7 +1,7 @@
 //! The validated scene.
 
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::scene::{Advised, SubjectSpec};
+use crate::scene::{Advised, Mechanism, SubjectSpec};
 
 /// A validated scene. SI units and radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +12,8 @@ pub struct Scene {
     pub title: String,
     /// A few sentences (Markdown): what to look for.
     pub about: String,
+    /// The mechanism that the scene shows, if it is one of those that have a lesson.
+    pub mechanism: Option<Mechanism>,
     /// The scene's whole text as read, with what the command line changed at its end as comments.
     pub text: String,
     /// What is run.

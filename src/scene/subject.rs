@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::schedule::Schedule;
 use super::spec::Scene;
 use crate::joint::{BallOnBeam, BodySpec, JointSpec, OwnModes};
-use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// What is run.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,6 +163,8 @@ pub enum SmallSystem {
     ImpactOscillator(ImpactOscillator),
     /// A mass that a belt drags along.
     MassOnBelt(MassOnBelt),
+    /// Two modes of a mass that a belt drags along.
+    TwoModesOnBelt(TwoModesOnBelt),
     /// A driven oscillator that meets a spring with a damper.
     DampedContact(DampedContact),
 }
@@ -173,7 +175,16 @@ impl SmallSystem {
         match self {
             Self::ImpactOscillator(_) => "an impact oscillator",
             Self::MassOnBelt(_) => "a mass on a belt",
+            Self::TwoModesOnBelt(_) => "two modes on a belt",
             Self::DampedContact(_) => "an oscillator that meets a spring with a damper",
+        }
+    }
+
+    /// Number of modes of its state.
+    pub fn modes(&self) -> usize {
+        match self {
+            Self::TwoModesOnBelt(_) => 2,
+            Self::ImpactOscillator(_) | Self::MassOnBelt(_) | Self::DampedContact(_) => 1,
         }
     }
 }
@@ -183,7 +194,7 @@ impl SubjectSpec {
     pub fn modes(&self) -> usize {
         match self {
             Self::Joint(joint) => joint.spec.body.modes(),
-            Self::Small(_) => 1,
+            Self::Small(small) => small.modes(),
         }
     }
 }

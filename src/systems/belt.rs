@@ -7,8 +7,9 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// A mass on a spring that a belt drags along, with dry friction: the textbook stick-slip.
 ///
 /// ```text
-/// x'' + 2 zeta omega x' + omega^2 x = -n mu_d sign(x' - belt)     while it slides
-/// x' = belt                                                       while it sticks
+/// x'' + 2 zeta omega x' + omega^2 x = -n mu(|x' - belt|) sign(x' - belt)   while it slides
+/// x' = belt                                                               while it sticks
+/// mu(V) = mu_d + (mu_s - mu_d) exp(-stribeck V)                            or mu_d at any speed
 /// ```
 ///
 /// It sticks as long as the force that this takes, `hold = omega^2 x + 2 zeta omega belt`, is at
@@ -16,7 +17,9 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// Three statuses therefore: it slides *back* (slower than the belt), *sticks*, or slides *ahead*.
 /// While it sticks, its velocity is that of the belt to the last bit.
 ///
-/// Undamped and with `mu_s > mu_d`, it comes to a cycle: with `D = (mu_s - mu_d) n / omega^2`, it
+/// Where friction falls with the speed it feeds a small vibration about steady sliding, as a negative
+/// damping would: it grows at the rate [`MassOnBelt::growth`]. Where it falls at once instead,
+/// undamped and with `mu_s > mu_d`, it comes to a cycle: with `D = (mu_s - mu_d) n / omega^2`, it
 /// slips for `2 (pi - atan(D omega / belt)) / omega` and sticks for `2 D / belt`.
 ///
 /// Where steps do not stop at events, it sticks only at states where its velocity is exactly that of
@@ -31,10 +34,13 @@ pub struct MassOnBelt {
     pub load: f64,
     /// Static coefficient of friction: holds while sticking; at least `mu_d`.
     pub mu_s: f64,
-    /// Kinetic coefficient of friction: holds while sliding, at any speed; 0 or more.
+    /// Kinetic coefficient of friction: holds while sliding fast; 0 or more.
     pub mu_d: f64,
     /// Speed of the belt, m/s.
     pub belt: f64,
+    /// Slope factor, s/m, positive, by which the coefficient falls from `mu_s` to `mu_d` with the
+    /// sliding speed; `None` where it falls at once.
+    pub stribeck: Option<f64>,
 }
 
 impl MassOnBelt {
@@ -49,6 +55,29 @@ impl MassOnBelt {
     const BACKWARD: usize = 0;
     /// The guard by which the mass comes to slide ahead, or ceases to slide back.
     const FORWARD: usize = 1;
+
+    /// The coefficient of friction while it slides at a speed (m/s) against the belt.
+    pub fn coefficient(&self, speed: f64) -> f64 {
+        let above = |slope: f64| (self.mu_s - self.mu_d) * (-slope * speed).exp();
+        self.mu_d + self.stribeck.map_or(0.0, above)
+    }
+
+    /// `dmu/dV` there, s/m.
+    pub fn slope(&self, speed: f64) -> f64 {
+        let fall = |slope: f64| -slope * (self.mu_s - self.mu_d) * (-slope * speed).exp();
+        self.stribeck.map_or(0.0, fall)
+    }
+
+    /// Rate at which a small vibration about steady sliding grows, 1/s:
+    /// `-(n mu'(belt) + 2 zeta omega) / 2`, the real part of the eigenvalue.
+    pub fn growth(&self) -> f64 {
+        -0.5 * (self.load * self.slope(self.belt) + 2.0 * self.damping * self.omega)
+    }
+
+    /// Circular frequency of that vibration, rad/s; 0 where it creeps away without swinging.
+    pub fn small_omega(&self) -> f64 {
+        (self.omega.powi(2) - self.growth().powi(2)).max(0.0).sqrt()
+    }
 
     /// The force by the mass that cancels the linear part, N/kg: what sticking takes.
     fn hold(&self, x: f64, v: f64) -> f64 {
@@ -117,8 +146,8 @@ impl Switching for MassOnBelt {
 
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
         out[0] = match status[0] {
-            Self::BACK => self.mu_d * self.load,
-            Self::AHEAD => -self.mu_d * self.load,
+            Self::BACK => self.coefficient(self.belt - z[1]) * self.load,
+            Self::AHEAD => -self.coefficient(z[1] - self.belt) * self.load,
             _ => self.hold(z[0], z[1]),
         };
     }
@@ -203,10 +232,14 @@ impl Differentiable for MassOnBelt {
         out: &mut [f64],
     ) {
         let status = status.map_or_else(|| self.status(&record[1..]), |status| status[0]);
-        if status != Self::STICKS {
-            return out.fill(0.0);
-        }
         let (x, v) = vectors.split_at(width);
+        if status != Self::STICKS {
+            let slope = self.load * self.slope((record[2] - self.belt).abs());
+            for (out, v) in out.iter_mut().zip(v) {
+                *out = -slope * v;
+            }
+            return;
+        }
         for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
             *out = self.hold(*x, *v);
         }

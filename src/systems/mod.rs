@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`ImpactOscillator`] | a reset: the velocity turns round at a wall | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t)`, `x >= wall`, `v+ = -r v-` |
 //! | [`MassOnBelt`] | a force with a sign, and true sticking | `x'' + 2 zeta omega x' + omega^2 x = -n mu sign(x' - belt)` |
+//! | [`TwoModesOnBelt`] | two modes that friction couples, and lift-off | `q'' + W^2 q = -(N - n) e + mu (N - n) t`, `N = max(0, n + k e.q)` |
 //! | [`DampedContact`] | a force that jumps at lift-off | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t) + contact`, `contact = -(k x + c x')/m` while `x < 0` |
 //! | [`Lorenz`] | chaos, and a known sum of exponents | `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z` |
 //! | [`Roessler`] | chaos | `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)` |
@@ -15,6 +16,7 @@ mod henon_heiles;
 mod impact;
 mod lorenz;
 mod roessler;
+mod two_modes;
 
 pub use belt::MassOnBelt;
 pub use damped_contact::DampedContact;
@@ -22,6 +24,7 @@ pub use henon_heiles::HenonHeiles;
 pub use impact::ImpactOscillator;
 pub use lorenz::Lorenz;
 pub use roessler::Roessler;
+pub use two_modes::{CoupledMode, TwoModesOnBelt};
 
 #[cfg(test)]
 mod tests;

@@ -19,6 +19,7 @@ const BELT: MassOnBelt = MassOnBelt {
     mu_s: 0.9,
     mu_d: 0.6,
     belt: 0.4,
+    stribeck: None,
 };
 
 const DAMPED: DampedContact = DampedContact {
@@ -122,6 +123,26 @@ fn derivatives_agree_with_differences() {
     check(&BELT, MassOnBelt::STICKS, 0.0, [0.3, 0.4], &[]);
     check(&DAMPED, DampedContact::FREE, 0.3, [0.0, -0.5], &[0]);
     check(&DAMPED, DampedContact::TOUCHING, 0.3, [0.0, 0.5], &[0]);
+}
+
+/// Friction that falls with the speed: its derivative, and what becomes of a small vibration.
+#[test]
+fn a_falling_friction_feeds() {
+    let belt = MassOnBelt {
+        stribeck: Some(2.0),
+        ..BELT
+    };
+    check(&belt, MassOnBelt::BACK, 0.0, [0.3, 0.1], &[]);
+    check(&belt, MassOnBelt::AHEAD, 0.0, [0.3, 0.9], &[]);
+    let slope = (belt.coefficient(0.4 + STEP) - belt.coefficient(0.4 - STEP)) / (2.0 * STEP);
+    close(belt.slope(0.4), slope, "slope");
+    close(
+        belt.growth(),
+        -0.5 * (1.5 * slope + 2.0 * 0.1 * 1.3),
+        "growth",
+    );
+    // One that falls at once has the kinetic coefficient at any speed.
+    assert_eq!((BELT.coefficient(1e-9), BELT.slope(1e-9)), (0.6, 0.0));
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod layering;
 mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
+mod mechanisms;
 mod own_modes;
 mod pipeline;
 mod scenes;

@@ -241,6 +241,7 @@ fn what_is_held_from_the_start_has_no_growth_across() {
         mu_s: 1.0,
         mu_d: 0.5,
         belt: 0.2,
+        stribeck: None,
     };
     for method in all_methods(1e-9, 0.5, 0.01) {
         let on_the_wall = [0.5, 0.0];
@@ -320,6 +321,7 @@ fn sticking_collapses_a_direction() {
         mu_s: 1.0,
         mu_d: 0.5,
         belt: 0.2,
+        stribeck: None,
     };
     for method in all_methods(1e-9, 0.5, 0.01) {
         let spectrum = spectrum(method, Steps::ToEvents, &sys, &[0.0, 0.0], (20.0, 6420.0));

@@ -128,6 +128,7 @@ const BELT: MassOnBelt = MassOnBelt {
     mu_s: 1.0,
     mu_d: 0.5,
     belt: 0.2,
+    stribeck: None,
 };
 
 #[test]

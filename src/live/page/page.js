@@ -135,7 +135,10 @@ function panel(told) {
   $("lines").replaceChildren(...(told.lines.length ? told.lines.slice(0, 3).map(line) : ["none yet"]));
   $("speed").textContent = `${told.speed_mm_s.toPrecision(3)} mm/s`;
   showNodes(told.nodes);
-  if (told.words !== before?.words) markdown($("words"), told.words || told.about);
+  if (told.words !== before?.words || told.lesson !== before?.lesson || told.run !== before?.run) {
+    const words = told.words || (told.lesson ? "" : told.about);
+    markdown($("words"), `${told.lesson}\n\n${words}`);
+  }
   if (told.recording !== before?.recording) showRecording(told.recording);
   if (told.events.at(-1)?.number !== before?.events.at(-1)?.number) showEvents(told.events);
   $("watching").textContent = told.watching === 1 ? "1 viewer" : `${told.watching} viewers`;

@@ -215,5 +215,6 @@ pub fn header() -> Header {
             patch_radius: 1.697e-3,
             sliding_speed: SLIDING_SPEED,
         }),
+        computed: None,
     }
 }

@@ -100,7 +100,7 @@ pub fn exponents(last: &Exponents) -> String {
 }
 
 /// An exponent with its error, 1/s.
-fn with_error(exponent: &Exponent) -> String {
+pub(super) fn with_error(exponent: &Exponent) -> String {
     if exponent.half_width.is_finite() {
         format!("{:.1} ± {:.1}", exponent.value, exponent.half_width)
     } else {
@@ -264,12 +264,12 @@ fn strongest(reading: &Reading) -> String {
 }
 
 /// Three digits and an SI prefix: `4.12 kHz`, `690 nm`.
-fn quantity(value: f64, unit: &str) -> String {
+pub(super) fn quantity(value: f64, unit: &str) -> String {
     rounded(value, 3, unit)
 }
 
 /// A share in per cent, to two digits: `0.085 %`, `12 %`.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     let magnitude = if value > 0.0 {
         value.log10().floor()
@@ -281,7 +281,7 @@ fn percent(share: f64) -> String {
 }
 
 /// A value rounded to so many digits, with an SI prefix.
-fn rounded(value: f64, digits: usize, unit: &str) -> String {
+pub(super) fn rounded(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
     // The exponent is that of the rounded value: 999.9 is 1.00 k.
     let text = format!("{value:.*e}", digits - 1);

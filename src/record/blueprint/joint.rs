@@ -259,7 +259,7 @@ impl Layout {
     }
 
     /// The ball from above, near enough to see the patch at every tilt of the run.
-    fn patch(&mut self, joint: &JointInfo) -> ContainerLike {
+    pub fn patch(&mut self, joint: &JointInfo) -> ContainerLike {
         let name = format!(
             "Contact patch; circles {}° apart",
             style::short(patch::circle_step(joint)),

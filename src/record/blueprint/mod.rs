@@ -9,6 +9,7 @@ mod cost;
 mod flow;
 mod joint;
 mod laboratory;
+mod lesson;
 mod signal;
 mod small;
 mod sweep;
@@ -69,6 +70,7 @@ pub fn send_turned(
     let (tabs, speed) = match &header.subject {
         Subject::Joint(joint) => {
             let tabs = vec![
+                layout.lesson_tab(header, spec),
                 layout.squeak_tab(header, joint, spec),
                 layout.contact_tab(header, joint, spec),
                 layout.modes_tab(spec),
@@ -84,6 +86,7 @@ pub fn send_turned(
         }
         Subject::Small(small) => {
             let tabs = vec![
+                layout.lesson_tab(header, spec),
                 layout.motion_tab(header, small),
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),

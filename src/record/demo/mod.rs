@@ -183,6 +183,7 @@ pub fn header(duration: f64) -> Header {
         analyses: ALL.to_vec(),
         section: SectionCoordinate::DELAYED,
         subject: Subject::Joint(joint()),
+        computed: None,
     }
 }
 

@@ -4,6 +4,7 @@ mod analysis;
 mod csv;
 mod exponents;
 mod joint;
+mod mechanism;
 mod record;
 mod schedule;
 mod small;
@@ -68,6 +69,7 @@ fn build(
     };
     let title = document.find(&keys::TITLE)?;
     let about = document.find(&keys::ABOUT)?;
+    let mechanism = document.find(&keys::MECHANISM)?;
     let sample_rate = document.get(&keys::SAMPLE_RATE)?;
     let (subject, tables) = match small::small(document)? {
         Some(small) => (SubjectSpec::Small(small), Vec::new()),
@@ -80,6 +82,7 @@ fn build(
     let scene = Scene {
         title: title.unwrap_or_else(|| name.clone()),
         about: about.unwrap_or_default(),
+        mechanism,
         name,
         text: tables.iter().try_fold(text.to_owned(), |text, table| {
             with_knots(
@@ -112,6 +115,7 @@ fn build(
         patch_stays(joint, || document.place_of(&load))?;
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
+    mechanism::check(document, &scene)?;
     Ok(scene)
 }
 

@@ -7,15 +7,16 @@ use crate::scene::error::SceneError;
 use crate::scene::file::Document;
 use crate::scene::keys;
 use crate::scene::subject::SmallSystem;
-use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Reads a system from its table.
 type Reader = fn(&Document<'_>) -> Result<SmallSystem, SceneError>;
 
 /// The tables, and what reads each.
-const TABLES: [(&str, Reader); 3] = [
+const TABLES: [(&str, Reader); 4] = [
     ("impact_oscillator", impact_oscillator),
     ("mass_on_belt", mass_on_belt),
+    ("two_modes_on_belt", two_modes_on_belt),
     ("damped_contact", damped_contact),
 ];
 
@@ -86,6 +87,38 @@ fn mass_on_belt(document: &Document<'_>) -> Result<SmallSystem, SceneError> {
         mu_s,
         mu_d,
         belt: document.get(&keys::BELT_SPEED)?,
+        stribeck: document.find(&keys::BELT_STRIBECK)?,
+    }))
+}
+
+fn two_modes_on_belt(document: &Document<'_>) -> Result<SmallSystem, SceneError> {
+    /// The rise at rest must be over at the belt's speed: what is left of it would damp.
+    const RISEN: f64 = 20.0;
+
+    let (creep, belt) = (
+        document.get(&keys::COUPLED_CREEP)?,
+        document.get(&keys::COUPLED_SPEED)?,
+    );
+    if creep * belt < RISEN {
+        return Err(document.inconsistent(
+            keys::COUPLED_CREEP.path,
+            &[keys::COUPLED_SPEED.path],
+            "the coefficient still rises at the belt's speed, and mode coupling needs a constant one",
+            format!("make it at least {:.0}", RISEN / belt),
+        ));
+    }
+    let contact = TAU * document.get(&keys::COUPLED_CONTACT)?;
+    Ok(SmallSystem::TwoModesOnBelt(TwoModesOnBelt {
+        omega: [
+            TAU * document.get(&keys::COUPLED_FIRST)?,
+            TAU * document.get(&keys::COUPLED_SECOND)?,
+        ],
+        angle: document.get(&keys::COUPLED_ANGLE)?,
+        contact_stiffness: contact * contact,
+        load: document.get(&keys::COUPLED_LOAD)?,
+        mu: document.get(&keys::COUPLED_MU)?,
+        creep,
+        belt,
     }))
 }
 

@@ -1,0 +1,188 @@
+//! The screen of a scene that shows a mechanism: its lesson, and the picture that proves it.
+
+use rerun::blueprint::{ContainerLike, components::Corner2D};
+
+use super::{Layout, Parts, tab};
+use crate::{
+    pipeline::message::{AnalysisKind, Computed, Header, Subject},
+    record::{
+        butterfly::Butterfly, lesson, paths, portrait::Portrait, section::Section, small,
+        style::Quantity,
+    },
+    scene::{Mechanism, RecordSpec},
+};
+
+/// Time that series show, of a joint, s.
+const SERIES: f64 = 5e-3;
+/// Natural periods that they show of a small system.
+const PERIODS: f64 = 12.0;
+/// Share of the screen that the words have.
+const WORDS: f32 = 0.34;
+
+impl Layout {
+    /// The lesson beside its proof.
+    pub fn lesson_tab(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
+        let computed = header.computed.as_deref()?;
+        let words = self.text("Lesson", paths::LESSON);
+        let proof = match computed.mechanism {
+            Mechanism::NegativeSlope | Mechanism::ModeCoupling => {
+                self.growth_proof(header, computed)
+            }
+            Mechanism::ExchangedFriction => self.growth_proof(header, computed),
+            Mechanism::StickSlip | Mechanism::LiftOff => self.contact_proof(header, spec),
+            Mechanism::WhichModeWins | Mechanism::Prediction => self.modes_proof(header, spec),
+            Mechanism::Hysteresis => self.loop_proof(header),
+            Mechanism::Torus => self.torus_proof(header),
+            Mechanism::Chaos => self.parting_proof(header),
+        };
+        let screen = Parts::new().add(WORDS, words).add(1.0 - WORDS, proof);
+        tab("Lesson", screen.row())
+    }
+
+    /// How loud it is against the computed growth, and the computed curves.
+    fn growth_proof(&mut self, header: &Header, computed: &Computed) -> Option<ContainerLike> {
+        let level = self.many_series(
+            "How loud it is: log₁₀ of the velocity in mm/s (blue), computed growth (orange)",
+            &[paths::LESSON_LEVEL, paths::LESSON_FORETOLD],
+            Corner2D::RightBottom,
+        );
+        let picture = computed.picture.as_ref().map(|picture| {
+            let bounds = lesson::picture_bounds(picture);
+            self.picture(&picture.title, paths::LESSON_COMPUTED, bounds)
+        });
+        let portrait = self.portrait();
+        let top = Parts::new().add(1.0, picture).add(0.8, portrait).row();
+        let below = match &header.subject {
+            Subject::Small(_) => {
+                let velocity = self.velocity(header);
+                Parts::new().add(0.55, level).add(0.45, velocity).column()
+            }
+            Subject::Joint(_) | Subject::Signal(_) => {
+                let spectrum = self.spectrum(header);
+                Parts::new().add(1.0, level).add(1.0, spectrum).row()
+            }
+        };
+        Parts::new().add(1.0, top).add(1.0, below).column()
+    }
+
+    /// The patch node by node beside the phase portrait; of a small system what it does.
+    fn contact_proof(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
+        let portrait = self.portrait();
+        let velocity = self.velocity(header);
+        let Subject::Joint(joint) = &header.subject else {
+            let spectrum = self.spectrum(header);
+            let top = Parts::new().add(1.0, portrait).add(1.0, spectrum).row();
+            return Parts::new().add(1.0, top).add(0.5, velocity).column();
+        };
+        let patch = self.patch(joint);
+        let window = Some(SERIES.max(40.0 / spec.patch_rate));
+        let counts = self.series(
+            "Nodes that slide (blue), stick (orange), are open (white)",
+            paths::NODE_COUNTS,
+            window,
+        );
+        let force = self.series(
+            "Forces on the ball, N: normal (yellow), friction (pink)",
+            paths::CONTACT_FORCE,
+            window,
+        );
+        let top = Parts::new().add(1.0, patch).add(1.0, portrait).row();
+        let below = match spec.patch_rate > 0.0 {
+            true => Parts::new().add(1.0, counts).add(1.0, force).row(),
+            false => None,
+        };
+        Parts::new()
+            .add(1.0, top)
+            .add(0.4, below)
+            .add(0.4, velocity)
+            .column()
+    }
+
+    /// Computed frequencies and what is heard; who has the energy.
+    fn modes_proof(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
+        let spectrum = self.spectrum(header);
+        let portrait = self.portrait();
+        let spectrogram = self.spectrogram(header);
+        let energy = (spec.energy_rate > 0.0).then(|| {
+            let name = "Energy of each mode, µJ (whole run); colours: tab “Modes”";
+            self.series(name, paths::MODES_ENERGY, None)
+        });
+        let top = Parts::new().add(1.5, spectrum).add(1.0, portrait).row();
+        Parts::new()
+            .add(1.0, top)
+            .add(0.6, energy)
+            .add(0.7, spectrogram)
+            .column()
+    }
+
+    /// Pitch over tilt, and how both came about.
+    fn loop_proof(&mut self, header: &Header) -> Option<ContainerLike> {
+        let turns = lesson::turns_bounds(header).map(|bounds| {
+            let name = "Pitch over tilt: blue up, orange down";
+            self.picture(name, paths::LESSON_LOOP, bounds)
+        });
+        let portrait = self.portrait();
+        let spectrogram = self.spectrogram(header);
+        let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
+        let top = Parts::new().add(1.4, turns).add(1.0, portrait).row();
+        Parts::new()
+            .add(1.0, top)
+            .add(0.6, spectrogram)
+            .add(0.35, tilt)
+            .column()
+    }
+
+    /// Lines and their names, the band, the section.
+    fn torus_proof(&mut self, header: &Header) -> Option<ContainerLike> {
+        let spectrum = self.spectrum(header);
+        let portrait = self.portrait();
+        let embedding = self.embedding(header, 3.6);
+        let section = header
+            .has(AnalysisKind::Section)
+            .then(|| self.picture("Poincaré section", paths::SECTION, Section::bounds()));
+        let top = Parts::new().add(1.5, spectrum).add(1.0, portrait).row();
+        let below = Parts::new().add(1.0, embedding).add(1.0, section).row();
+        Parts::new().add(1.0, top).add(1.0, below).column()
+    }
+
+    /// Two copies and their distance.
+    fn parting_proof(&mut self, header: &Header) -> Option<ContainerLike> {
+        let distance = self.many_series(
+            "log₁₀ of the distance of the two copies, relative to the motion (whole run)",
+            &[paths::BUTTERFLY_DISTANCE, paths::BUTTERFLY_LINE],
+            Corner2D::RightBottom,
+        );
+        let portraits = self.picture(
+            "Phase portraits of both copies, the last 4 ms",
+            paths::BUTTERFLY_PORTRAIT,
+            Butterfly::bounds(),
+        );
+        let traces = self.series_of(
+            "Displacement of both copies, µm (last 5 ms)",
+            &[paths::DISPLACEMENT, paths::BUTTERFLY_DISPLACEMENT],
+            Some(SERIES),
+        );
+        if let Subject::Joint(joint) = &header.subject {
+            self.displacement_range(&traces, joint);
+        }
+        let left = Parts::new().add(1.0, distance).add(0.7, traces).column();
+        Parts::new().add(1.2, left).add(1.0, portraits).row()
+    }
+
+    fn portrait(&mut self) -> ContainerLike {
+        self.picture("Phase portrait", paths::PORTRAIT, Portrait::bounds())
+    }
+
+    fn velocity(&mut self, header: &Header) -> ContainerLike {
+        let (window, key) = match &header.subject {
+            Subject::Small(small) => (
+                (PERIODS / small.frequency_hz).min(header.duration),
+                format!(": {}", small::key(small)),
+            ),
+            Subject::Joint(_) | Subject::Signal(_) => (SERIES, String::new()),
+        };
+        let last = Quantity::Time.words(window);
+        let name = format!("Velocity, mm/s (last {last}){key}");
+        self.series(&name, paths::VELOCITY, Some(window))
+    }
+}
