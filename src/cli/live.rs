@@ -6,7 +6,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::error::CliError;
@@ -16,9 +15,9 @@ use super::output::{OutputFile, check_all};
 use super::report;
 use super::run::command_line;
 use super::terminal::Terminal;
-use crate::live::{Bands, PACES, Page, Plan, Session, Watcher, bind};
+use crate::live::{Bands, PACES, Page, Plan, Running, Session, Watcher, bind};
+use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
-use crate::pipeline::{PipelineError, panic_message};
 use crate::record::{Output, RERUN_VERSION};
 use crate::scene::{DEFAULT_SCENE, Scene};
 
@@ -97,7 +96,7 @@ fn steer(
     page: Option<&Page>,
 ) -> Result<Ran, CliError> {
     interrupt::work_begins();
-    let running = running(session, keys)?;
+    let running = start(session, keys)?;
     let mut terminal = match keys {
         true => Some(Terminal::open().map_err(|fault| faulty(fault.into()))?),
         false => {
@@ -107,7 +106,7 @@ fn steer(
             None
         }
     };
-    while !running.is_finished() {
+    while !running.is_over() {
         let mut ended = stop.load(Ordering::Relaxed) || page.is_some_and(Page::is_over);
         match &mut terminal {
             Some(terminal) => {
@@ -121,29 +120,24 @@ fn steer(
                     }
                 }
             }
-            None => std::thread::sleep(LOOK_EVERY),
+            None => running.wait(LOOK_EVERY),
         }
         if ended {
             session.end();
         }
     }
     drop(terminal);
-    running.join().map_err(|panic| CliError::Panic {
-        message: panic_message(&*panic),
-    })
+    Ok(running.end())
 }
 
-/// The session on a thread of its own.
-fn running(session: &Arc<Session>, keys: bool) -> Result<JoinHandle<Ran>, CliError> {
-    let session = Arc::clone(session);
-    let told = Arc::clone(&session);
+/// Starts a session, which tells what happens beside it: in the terminal if that shows it, else as warnings.
+fn start(session: &Arc<Session>, keys: bool) -> Result<Running, CliError> {
+    let told = Arc::clone(session);
     let notice: Arc<dyn Fn(&str) + Send + Sync> = match keys {
         true => Arc::new(move |words| told.tell(words)),
         false => Arc::new(report::print_warning),
     };
-    let thread = std::thread::Builder::new().name("session".to_owned());
-    let running = thread.spawn(move || session.run(&notice));
-    running.map_err(|fault| faulty(fault.into()))
+    Running::start(session, notice).map_err(|fault| faulty(fault.into()))
 }
 
 /// The scene asked for, with what the command line changes of it.

@@ -30,7 +30,8 @@ pub use error::PipelineError;
 pub use outlet::RecorderGone;
 pub use playback::Playback;
 pub use prepare::{Prepared, initial_state, prepare, prepare_on};
-#[cfg(feature = "cli")]
+// The command line takes the live runs along.
+#[cfg(feature = "live")]
 pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;

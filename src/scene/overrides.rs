@@ -49,9 +49,11 @@ impl Scene {
         self
     }
 
-    /// The same motion with nothing analysed along it, and no tangent vectors or second copy beside it.
+    /// The same motion with nothing analysed along it and no lesson told of it, and no tangent vectors or
+    /// second copy beside it.
     pub fn without_analyses(mut self) -> Self {
         self.analysis = AnalysisSpec::default();
+        self.mechanism = None;
         self
     }
 

@@ -78,7 +78,7 @@ struct Ended {
 impl Running {
     fn start(asked: Command) -> Self {
         // Whoever starts the tests in the background may have them ignore signals from birth.
-        let mut command = Command::new("env");
+        let mut command = Command::new("/usr/bin/env");
         command
             .arg("--default-signal=HUP,INT,TERM")
             .arg(asked.get_program())

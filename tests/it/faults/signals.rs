@@ -42,7 +42,7 @@ fn interrupted_at_any_moment(signal: &str, number: i32) {
         if names(folder.path()).is_empty() {
             // While it set up.
             ended.said(130, &["interrupted before anything was begun"]);
-            assert!(moment <= 120, "nothing was begun in {moment} ms");
+            assert!(moment < 900, "nothing was begun in {moment} ms");
             continue;
         }
         ended.said(130, &["interrupted; what was reached until then is kept"]);
