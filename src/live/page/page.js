@@ -217,7 +217,7 @@ function showRecording(file) {
   $("recording").textContent = file ? `into ${file}` : "";
 }
 
-// Headings, lists, bold, italic and code: what the words of a run are made of.
+// Headings, lists, tables, bold, italic and code: what the words of a run are made of.
 function markdown(where, text) {
   const blocks = [];
   let list = null;
@@ -225,7 +225,14 @@ function markdown(where, text) {
     const heading = line.match(/^(#+) (.*)/);
     const item = line.match(/^[*-] (.*)/);
     if (!item) list = null;
-    if (heading) {
+    if (line.startsWith("|")) {
+      const cells = line.split("|").slice(1, -1).map((cell) => cell.trim());
+      if (cells.every((cell) => /^[-:]*$/.test(cell))) continue;
+      if (blocks.at(-1)?.tagName !== "TABLE") blocks.push(document.createElement("table"));
+      const row = document.createElement("tr");
+      row.append(...cells.map((cell, k) => inline(document.createElement(k ? "td" : "th"), cell)));
+      blocks.at(-1).append(row);
+    } else if (heading) {
       blocks.push(inline(document.createElement(heading[1].length < 3 ? "h2" : "h3"), heading[2]));
     } else if (item) {
       if (!list) blocks.push((list = document.createElement("ul")));

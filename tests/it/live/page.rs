@@ -167,10 +167,10 @@ fn changed_pixels(before: &[u8], after: &[u8]) -> f64 {
 fn screenshot() {
     let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS")
         .expect("SQUEAKSCOPE_SCREENSHOTS names a folder");
-    let live = Live::start("torus-3deg", &["--pace", "5"]);
+    let live = Live::start("torus-3deg", &["--pace", "20"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
     // Until the torus has closed, and the viewer without a graphics card shows it.
-    browser.until(&tab, "squeakscope.host.seen() > 0.13");
+    browser.until(&tab, "squeakscope.host.seen() > 0.08");
     let picture = browser.screenshot(&tab);
     std::fs::write(std::path::Path::new(&folder).join("live-page.png"), picture).expect("written");
 }
