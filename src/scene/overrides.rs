@@ -6,7 +6,7 @@ use super::keys::{self, Key};
 use super::kind::Number;
 use super::schedule::Schedule;
 use super::spec::{AnalysisSpec, Scene};
-use super::validate::{patch_stays, sliding};
+use super::validate::{patch_stays, shown_mechanism, sliding};
 use crate::joint::Friction;
 
 impl Scene {
@@ -21,6 +21,7 @@ impl Scene {
         sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
         patch_stays(&joint, || self.place_of_override())?;
         *self.joint_mut()? = joint;
+        self.mechanism = shown_mechanism(&self);
         Ok(self)
     }
 
@@ -49,9 +50,11 @@ impl Scene {
         self
     }
 
-    /// The same motion with nothing analysed along it, and no tangent vectors or second copy beside it.
+    /// The same motion with nothing analysed along it and no lesson told of it, and no tangent vectors
+    /// or second copy beside it.
     pub fn without_analyses(mut self) -> Self {
         self.analysis = AnalysisSpec::default();
+        self.mechanism = None;
         self
     }
 

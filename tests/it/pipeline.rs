@@ -147,8 +147,7 @@ fn a_failing_sink_is_the_run_s_error() {
 /// What a scene does not ask for is not there.
 #[test]
 fn absent_analyses_send_nothing() {
-    let mut scene = short();
-    scene.analysis = Default::default();
+    let scene = short().without_analyses();
     for record in records(&scene) {
         assert!(
             matches!(
