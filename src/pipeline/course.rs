@@ -5,7 +5,7 @@
 pub struct Course {
     /// Simulated time, s.
     pub time: f64,
-    /// Measured: root mean square of the probe's velocity over the natural period that ends then, m/s.
+    /// Measured: root mean square of the probe's velocity over the half natural period that ends then, m/s.
     pub level: f64,
     /// Computed: where that would be if it had grown, from its first value on, at the largest computed
     /// growth rate; `None` once the vibration is too large for the linear theory.

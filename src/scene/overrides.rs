@@ -6,7 +6,7 @@ use super::keys::{self, Key};
 use super::kind::Number;
 use super::schedule::Schedule;
 use super::spec::{AnalysisSpec, Scene};
-use super::validate::{patch_stays, sliding};
+use super::validate::{patch_stays, shown_mechanism, sliding};
 use crate::joint::Friction;
 
 impl Scene {
@@ -21,6 +21,7 @@ impl Scene {
         sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
         patch_stays(&joint, || self.place_of_override())?;
         *self.joint_mut()? = joint;
+        self.mechanism = shown_mechanism(&self);
         Ok(self)
     }
 

@@ -185,7 +185,7 @@ impl Scene {
             }
         }
         // A file of modes is not read again: it is the same, wherever the scene came from.
-        Self::parse_with(&self.name, document.to_string(), self.own_modes())
+        Self::parse_changed(&self.name, &document.to_string(), self.own_modes())
     }
 }
 

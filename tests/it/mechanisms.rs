@@ -6,7 +6,7 @@ use squeakscope::pipeline::message::{
     Computed, Course, Header, NodeState, Parting, PatchSnapshot, Peak, Record, Way,
 };
 use squeakscope::pipeline::{Monitor, run};
-use squeakscope::scene::{Mechanism, PRESETS, Scene};
+use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
 
 /// All that a run says.
 struct Run {
@@ -483,6 +483,13 @@ fn what_is_heard_is_not_what_was_computed_to_grow_fastest() {
     assert_eq!(bet.label, "1st bending");
     assert!(run.tone() > 5.0 * bet.frequency_hz);
     assert!(run.last_lesson().contains("they disagree"));
+    // As long as it is tiny the linear theory holds.
+    let rates: Vec<f64> = computed.unstable().iter().map(|mode| mode.growth).collect();
+    let measured = run.number("growth rate of the loudness, while small");
+    assert!(
+        (0.9 * rates[3]..1.1 * rates[0]).contains(&measured),
+        "{measured} {rates:?}"
+    );
     // The other way round it says so, too.
     let mut agreeing = String::new();
     for mode in computed.unstable() {
@@ -528,4 +535,21 @@ fn a_mechanism_that_the_scene_cannot_show_is_refused() {
     assert!(said.contains("record.patch_rate_khz above 0"), "{said}");
     let said = refusal("mass-on-belt", "\"stick-slip\"", "\"prediction\"");
     assert!(said.contains("needs the modes of a joint"), "{said}");
+}
+
+/// What a study makes of a scene may not show its mechanism any more, and is no less a scene.
+#[test]
+fn a_changed_scene_keeps_its_mechanism_as_far_as_it_shows_it() {
+    let swept = |name: &str, key: &str, value: f64| {
+        let scene = Scene::load(name).expect("preset");
+        let key = Parameter::named(key).expect("a number of a scene");
+        let changed = scene.with_values(&[(key, value)]);
+        changed.expect("a scene").mechanism
+    };
+    assert_eq!(swept("hysteresis", "load.tilt_deg", 3.0), None);
+    assert_eq!(swept("lift-off", "record.patch_rate_khz", 0.0), None);
+    let kept = swept("torus-3deg", "load.tilt_deg", 3.5);
+    assert_eq!(kept, Some(Mechanism::Torus));
+    let held = Scene::load("hysteresis").expect("preset").with_tilt(3.0);
+    assert_eq!(held.expect("a scene").mechanism, None);
 }

@@ -42,7 +42,7 @@ impl Layout {
     /// How loud it is against the computed growth, and the computed curves.
     fn growth_proof(&mut self, header: &Header, computed: &Computed) -> Option<ContainerLike> {
         let level = self.many_series(
-            "How loud it is: log₁₀ of the velocity in mm/s (blue), computed growth (orange)",
+            "How loud it is: log₁₀ of mm/s (blue); computed growth (orange)",
             &[paths::LESSON_LEVEL, paths::LESSON_FORETOLD],
             Corner2D::RightBottom,
         );

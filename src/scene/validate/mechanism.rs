@@ -27,6 +27,12 @@ pub(super) fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneE
     }
 }
 
+/// The mechanism that a scene names, if it can show it.
+pub(in crate::scene) fn shown(scene: &Scene) -> Option<Mechanism> {
+    let named = scene.mechanism;
+    named.filter(|mechanism| lack(scene, *mechanism).is_none())
+}
+
 fn lack(scene: &Scene, mechanism: Mechanism) -> Option<Lack> {
     use Mechanism as M;
     let subject = &scene.subject;

@@ -22,6 +22,7 @@ use super::spec::{Integrator, Method, Scene};
 use super::subject::SubjectSpec;
 use crate::joint::OwnModes;
 
+pub(super) use mechanism::shown as shown_mechanism;
 pub(super) use tilt::{patch_stays, sliding};
 
 impl Scene {
@@ -33,27 +34,38 @@ impl Scene {
     /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
     /// missing, mistyped or out of range, values or files that do not fit together.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
-        Self::parse_with(file, content, None)
+        let text = decoded(file, content.as_ref())?;
+        let document = Document::parse(file, text)?;
+        let scene = build(&document, file, text, None)?;
+        mechanism::check(&document, &scene)?;
+        Ok(scene)
     }
 
-    /// [`Scene::parse`], without reading a file of modes that is known already.
-    pub(super) fn parse_with(
+    /// [`Scene::parse`] of the text of a scene that was changed, without reading a file of modes that is
+    /// known already. A mechanism that it can no longer show it no longer has: a study that changes it
+    /// is after other things.
+    pub(super) fn parse_changed(
         file: &str,
-        content: impl AsRef<[u8]>,
+        text: &str,
         known: Option<&Arc<OwnModes>>,
     ) -> Result<Self, SceneError> {
-        let content = content.as_ref();
-        let text = std::str::from_utf8(content).map_err(|error| {
-            let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-            Fault::NotText.at(Place {
-                file: file.to_owned(),
-                line: Some(line_of(&valid, valid.len())),
-            })
-        })?;
-        // Some editors put a byte-order mark first; it is no part of the text.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        build(&Document::parse(file, text)?, file, text, known)
+        let mut scene = build(&Document::parse(file, text)?, file, text, known)?;
+        scene.mechanism = mechanism::shown(&scene);
+        Ok(scene)
     }
+}
+
+/// A file's content as text.
+fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
+    let text = std::str::from_utf8(content).map_err(|error| {
+        let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
+        Fault::NotText.at(Place {
+            file: file.to_owned(),
+            line: Some(line_of(&valid, valid.len())),
+        })
+    })?;
+    // Some editors put a byte-order mark first; it is no part of the text.
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
 fn build(
@@ -115,7 +127,6 @@ fn build(
         patch_stays(joint, || document.place_of(&load))?;
         sliding(&joint.spec, &joint.tilt, || document.place_of(&motion))?;
     }
-    mechanism::check(document, &scene)?;
     Ok(scene)
 }
 

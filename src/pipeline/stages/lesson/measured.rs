@@ -52,7 +52,7 @@ impl Measured {
             ),
             Subject::Signal(_) => (1e3, Vec::new()),
         };
-        let piece = (header.sample_rate / lowest).round().max(1.0) as usize;
+        let piece = (0.5 * header.sample_rate / lowest).round().max(1.0) as usize;
         let window = spec.spectrum.map_or(0.0, |spectrum| spectrum.window);
         Self {
             envelope: Envelope::new(piece, SMALL * computed.sliding_speed),
@@ -144,7 +144,7 @@ impl Measured {
 /// What of a kick does not grow must have died away before growth can be read: it counts from where
 /// the level is three times that of the start, or else twenty natural periods after it.
 pub struct Envelope {
-    /// Samples of a piece: the lowest natural period.
+    /// Samples of a piece: half the lowest natural period, after which the square of a sine repeats.
     piece: usize,
     /// Level up to which it is small, m/s.
     limit: f64,
@@ -164,7 +164,7 @@ pub struct Envelope {
 impl Envelope {
     /// See [`Envelope`].
     const RISEN: f64 = 3.0;
-    const WAITED: u64 = 20;
+    const WAITED: u64 = 40;
 
     fn new(piece: usize, limit: f64) -> Self {
         Self {

@@ -24,7 +24,7 @@ use crate::scene::{AnalysisSpec, Mechanism};
 const EVERY: f64 = 25e-3;
 
 /// Emits [`Record::Lesson`] when its words or rounded numbers change, at most every 25 ms, and
-/// [`Record::Course`] once a natural period.
+/// [`Record::Course`] twice a natural period.
 pub struct LessonStage {
     computed: Arc<Computed>,
     measured: Measured,

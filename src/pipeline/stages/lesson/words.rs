@@ -530,8 +530,16 @@ fn chaos(measured: &Measured) -> Page {
 
 /// Rows on the growth of the envelope.
 fn growth(page: &mut Page, measured: &Measured) {
-    let fit = measured.envelope.growth();
-    let fit = fit.map(|fit| format!("{} ± {}", plain(fit.slope), per_second(fit.half_width)));
+    let envelope = &measured.envelope;
+    let fit = match (envelope.growth(), envelope.ended) {
+        (Some(fit), _) => Some(format!(
+            "{} ± {}",
+            plain(fit.slope),
+            per_second(fit.half_width)
+        )),
+        (None, Some(_)) => Some("too brief to be measured".to_owned()),
+        (None, None) => None,
+    };
     page.measure("growth rate of the loudness, while small", fit);
 }
 
