@@ -1,6 +1,6 @@
 //! Measurements in turns: what a machine does meanwhile troubles all of them alike.
 
-use cpu_time::ProcessTime;
+use cpu_time::{ProcessTime, ThreadTime};
 
 use super::{Cause, Watch};
 
@@ -108,6 +108,13 @@ impl Rounds {
                 .collect::<Vec<_>>(),
         )
     }
+}
+
+/// Result of some work of this thread alone, and the CPU time that it took, s: whatever others do meanwhile.
+pub(super) fn timed_here<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let began = ThreadTime::now();
+    let result = work();
+    (result, began.elapsed().as_secs_f64())
 }
 
 /// Result of some work, and the CPU time of all threads that it took, s.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::bench::{Bench, Measured, timed};
+use super::bench::{Bench, Measured, timed_here};
 use super::{Cause, Effect, words};
 use crate::dynamics::System;
 use crate::fem::Families;
@@ -54,7 +54,7 @@ pub(super) fn of_the_joint(
     let rounds = bench.rounds(made + 1, &mut |variant| match passes.get(variant) {
         Some(passes) => Ok(passes.time()),
         None => {
-            let (again, seconds) = timed(|| ball.model(tilt).map(|model| Joint::new(&model)));
+            let (again, seconds) = timed_here(|| ball.model(tilt).map(|model| Joint::new(&model)));
             again?;
             Ok(seconds)
         }
@@ -115,7 +115,7 @@ impl Passes {
     /// CPU time of a pass, s.
     fn time(&self) -> f64 {
         let mut out = vec![0.0; self.joint.dim()];
-        let ((), seconds) = timed(|| {
+        let ((), seconds) = timed_here(|| {
             for k in 0..self.count {
                 let z = &self.states[k % self.states.len()];
                 self.joint.rhs(0.0, std::hint::black_box(z), &mut out);
