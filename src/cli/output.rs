@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::export::{replace_file, temporary_beside};
+use crate::export::{replace_file, try_folder_of};
 
 /// A file that can be written, as far as can be told beforehand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -104,7 +104,7 @@ impl OutputFile {
             });
         }
         let file = Self { path: target };
-        temporary_beside(&file.path).map_err(|source| OutputError::NotWritable {
+        try_folder_of(&file.path).map_err(|source| OutputError::NotWritable {
             path: path.to_owned(),
             option,
             source,
@@ -159,7 +159,7 @@ pub fn check_directory(path: &Path, option: &'static str) -> Result<(), OutputEr
     if path.as_os_str().is_empty() || !there.is_dir() {
         return Err(refused());
     }
-    temporary_beside(&there.join("figure")).map_err(|source| OutputError::NotWritable {
+    try_folder_of(&there.join("figure")).map_err(|source| OutputError::NotWritable {
         path: path.to_owned(),
         option,
         source,

@@ -68,7 +68,7 @@ pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// If no file can be made there.
-pub fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
+fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     // Temporary files are private by default; here the user's umask decides.
     #[cfg(unix)]
@@ -78,6 +78,16 @@ pub fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     made.map_err(|fault| fault.kind().into())
 }
 
+/// Whether a file can be made in the folder of `path`. It is tried with one that has no name, so that nothing is
+/// left behind even if the program ends right then.
+///
+/// # Errors
+/// If no file can be made there.
+pub fn try_folder_of(path: &Path) -> io::Result<()> {
+    let made = tempfile::tempfile_in(folder(path));
+    made.map(drop).map_err(|fault| fault.kind().into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,9 +95,12 @@ mod tests {
     #[test]
     fn a_missing_folder_is_told_without_the_name_of_a_temporary_file() {
         let folder = tempfile::tempdir().unwrap();
-        let fault = temporary_beside(&folder.path().join("absent/out")).unwrap_err();
-        assert_eq!(fault.kind(), io::ErrorKind::NotFound);
-        assert!(!fault.to_string().contains("squeakscope-"), "{fault}");
+        let path = folder.path().join("absent/out");
+        let made = temporary_beside(&path).map(drop);
+        for fault in [made, try_folder_of(&path)].map(Result::unwrap_err) {
+            assert_eq!(fault.kind(), io::ErrorKind::NotFound);
+            assert!(!fault.to_string().contains("squeakscope-"), "{fault}");
+        }
     }
 
     #[test]
