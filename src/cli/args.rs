@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use clap::{Args as Arguments, Parser, Subcommand, ValueEnum, value_parser};
 
-use super::live_args::{LiveArgs, Sound};
+use super::live_args::LiveArgs;
+use super::sound_args::SoundArgs;
 pub use super::steps::{Steps, StepsError};
 use crate::analysis::Threshold;
 use crate::study::cost::Knob;
@@ -79,12 +80,9 @@ pub struct RunArgs {
     /// Write the samples as NumPy arrays t, q, qdot, u, v, tilt_deg; load_n and rotation_factor where they vary.
     #[arg(long, value_name = "FILE")]
     pub npz: Option<PathBuf>,
-    /// Write the sound, 48 kHz, the loudest at -1 dB.
-    #[arg(long, value_name = "FILE")]
-    pub wav: Option<PathBuf>,
     /// What is heard.
-    #[arg(long, value_enum, default_value_t = Sound::Velocity, requires = "wav")]
-    pub sound: Sound,
+    #[command(flatten)]
+    pub heard: SoundArgs,
     /// Play the sound so many times slower than life, and so lower: 0.01 to 1000.
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, value_parser = slower, allow_negative_numbers = true, requires = "wav")]
     pub slower: f64,

@@ -71,7 +71,10 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
     }
     if let Some((path, source, slower)) = job.wav {
-        sinks.push(Box::new(WavSink::new(path.to_owned(), source, slower)));
+        let header = simulation.header(job.command);
+        let sink = WavSink::new(path.to_owned(), source, &header, slower)?;
+        (job.hears)(sink.words());
+        sinks.push(Box::new(sink));
     }
     let mut part = None;
     if output != Output::default() {

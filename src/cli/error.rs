@@ -13,6 +13,7 @@ use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
+use crate::sound::NoSurface;
 use crate::study::sweep::TableError;
 
 /// Any error of a layer below, kept as the source.
@@ -206,7 +207,12 @@ fn is_impossible(cause: &(dyn Error + 'static)) -> bool {
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
     // More exponents than there are.
     let width = matches!(cause.downcast_ref(), Some(DynamicsError::Width { .. }));
-    step || width || cause.is::<AssemblyError>() || cause.source().is_some_and(is_impossible)
+    // Nothing there to listen to.
+    let surface = cause.is::<NoSurface>();
+    step || width
+        || surface
+        || cause.is::<AssemblyError>()
+        || cause.source().is_some_and(is_impossible)
 }
 
 #[cfg(test)]

@@ -67,7 +67,7 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
         page.close().map_err(|fault| faulty(fault.into()))?;
     }
     let summary = ran.map_err(|fault| faulty(fault.into()))?;
-    for file in [recording.as_ref(), args.wav.as_ref()]
+    for file in [recording.as_ref(), args.heard.wav.as_ref()]
         .into_iter()
         .flatten()
     {
@@ -165,7 +165,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         args.scene.as_deref().map(OsStr::new),
         [
             ("--save", args.save.as_deref()),
-            ("--wav", args.wav.as_deref()),
+            ("--wav", args.heard.wav.as_deref()),
         ],
     )?;
     // A name that nobody has: whether there can be recordings at all.
@@ -178,7 +178,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         folder: args.folder.clone(),
         save: save.map(|file| file.path().to_owned()),
         wav: wav.map(|file| file.path().to_owned()),
-        source: args.sound.into(),
+        source: args.heard.source(),
     })
 }
 

@@ -3,10 +3,10 @@
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use clap::{Args as Arguments, ValueEnum};
+use clap::Args as Arguments;
 
 use super::args::{DEFAULT_URL, positive, viewer_url};
-use crate::sound::Source;
+use super::sound_args::SoundArgs;
 
 /// Arguments of `squeakscope live`.
 #[derive(Debug, Arguments)]
@@ -47,32 +47,10 @@ pub struct LiveArgs {
     /// Where recordings go that are asked for on the way, as live-1.rrd, live-2.rrd, ...
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub folder: PathBuf,
-    /// Write the sound of the first run into this file, in real time.
-    #[arg(long, value_name = "FILE")]
-    pub wav: Option<PathBuf>,
     /// What is heard.
-    #[arg(long, value_enum, default_value_t = Sound::Velocity)]
-    pub sound: Sound,
+    #[command(flatten)]
+    pub heard: SoundArgs,
     /// Take no keys and draw nothing in the terminal.
     #[arg(long)]
     pub no_keys: bool,
-}
-
-impl From<Sound> for Source {
-    fn from(sound: Sound) -> Self {
-        match sound {
-            Sound::Velocity => Self::Velocity,
-            Sound::Pressure => Self::Pressure,
-        }
-    }
-}
-
-/// What of a motion is heard.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Sound {
-    /// The velocity of the contact's centre.
-    #[default]
-    Velocity,
-    /// Its acceleration, as the pressure far away follows it.
-    Pressure,
 }

@@ -38,6 +38,7 @@ pub mod report;
 mod run;
 mod scenes;
 pub mod signal_report;
+pub mod sound_args;
 mod stability;
 mod steps;
 mod sweep;

@@ -152,6 +152,8 @@ pub struct RunReport {
     pub exponents: Option<ExponentsReport>,
     /// How two copies have parted, where the scene asks for them and the second has started.
     pub butterfly: Option<ButterflyReport>,
+    /// What is heard in the sound file, in a few words; `null` where there is none.
+    pub heard: Option<String>,
     /// Files written.
     pub files: Vec<FileReport>,
 }
@@ -220,6 +222,7 @@ impl RunReport {
             overrun_steps: summary.tally.overrun,
             exponents: summary.exponents.as_ref().map(ExponentsReport::new),
             butterfly: summary.parting.as_ref().map(ButterflyReport::new),
+            heard: None,
             files,
         }
     }
@@ -304,6 +307,9 @@ impl Report for RunReport {
                 "  beware: energy and work do not agree, so the motion may be wrong; choose a smaller \
                  time.max_step_us or time.tolerance"
             );
+        }
+        if let Some(heard) = &self.heard {
+            let _ = writeln!(text, "  heard: {heard}");
         }
         for file in &self.files {
             let _ = writeln!(

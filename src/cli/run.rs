@@ -1,5 +1,6 @@
 //! `squeakscope run`: simulate a scene and record it.
 
+use std::cell::OnceCell;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,6 +39,8 @@ pub(super) struct Job<'a> {
     pub progress: &'a (dyn Fn(f64) + Sync),
     /// To be told what happens that is no error, in a line.
     pub notice: Teller,
+    /// To be told what is heard, in a few words, once.
+    pub hears: &'a dyn Fn(String),
 }
 
 /// Who watches a run.
@@ -75,12 +78,13 @@ fn execute(
         [
             ("--save", recording(args)),
             ("--npz", args.npz.as_deref()),
-            ("--wav", args.wav.as_deref()),
+            ("--wav", args.heard.wav.as_deref()),
             ("--json", args.json.as_deref()),
         ],
     )?;
     let progress = Progress::new(scene.duration);
     let command = command_line();
+    let heard = OnceCell::new();
     let summary = simulate(&Job {
         scene: &scene,
         command: &command,
@@ -88,11 +92,12 @@ fn execute(
         npz: npz.as_ref().map(OutputFile::path),
         wav: wav
             .as_ref()
-            .map(|wav| (wav.path(), args.sound.into(), args.slower)),
+            .map(|wav| (wav.path(), args.heard.source(), args.slower)),
         viewer: viewer(args),
         stop,
         progress: &|time| progress.reach(time),
         notice: progress.teller(),
+        hears: &|words| heard.set(words).expect("it is told once"),
     });
     // The bar goes before anything else is printed.
     drop(progress);
@@ -105,7 +110,11 @@ fn execute(
         .flatten()
         .map(FileReport::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    report::deliver(&RunReport::new(&scene, &summary, files), json.as_ref())?;
+    let report = RunReport {
+        heard: heard.into_inner(),
+        ..RunReport::new(&scene, &summary, files)
+    };
+    report::deliver(&report, json.as_ref())?;
     if let Some(recording) = &save {
         report::print(&format!(
             "\nopen it with: rerun {}\n",
@@ -138,7 +147,7 @@ fn recording(args: &RunArgs) -> Option<&Path> {
     let watched = viewer(args) != Viewer::Nobody;
     match &args.save {
         Some(path) => Some(path),
-        None if watched || args.npz.is_some() || args.wav.is_some() => None,
+        None if watched || args.npz.is_some() || args.heard.wav.is_some() => None,
         None => Some(Path::new(DEFAULT_RECORDING)),
     }
 }

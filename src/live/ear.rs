@@ -28,6 +28,8 @@ pub struct Ear {
     news: broadcast::Sender<Sound>,
     /// How many times slower than life it plays now, as the bits of an `f32`.
     slower: AtomicU32,
+    /// What is heard, in a few words.
+    words: Mutex<String>,
 }
 
 impl Ear {
@@ -38,6 +40,7 @@ impl Ear {
             helm: Mutex::default(),
             news: broadcast::channel(WAITING).0,
             slower: AtomicU32::new(1.0f32.to_bits()),
+            words: Mutex::default(),
         }
     }
 
@@ -46,9 +49,10 @@ impl Ear {
         self.news.subscribe()
     }
 
-    /// What of the motion is heard.
-    pub fn source(&self) -> Source {
-        self.source
+    /// What is heard of this run, in a few words.
+    pub fn words(&self) -> String {
+        let words = self.words.lock().unwrap_or_else(PoisonError::into_inner);
+        words.clone()
     }
 
     /// How many times slower than life, and so lower, it sounds now.
@@ -66,7 +70,7 @@ impl Ear {
         Tap {
             ear: Arc::clone(self),
             rate: 0.0,
-            pickup: Pickup::new(self.source),
+            pickup: None,
             resampler: None,
             level: 0.0,
         }
@@ -85,7 +89,7 @@ pub struct Tap {
     ear: Arc<Ear>,
     /// Samples of the run, Hz.
     rate: f64,
-    pickup: Pickup,
+    pickup: Option<Pickup>,
     resampler: Option<Resampler>,
     /// The loudest of late, m/s or m/s^2.
     level: f32,
@@ -105,7 +109,13 @@ impl Tap {
 impl Sink for Tap {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match record {
-            Record::Header(header) => self.rate = header.sample_rate,
+            Record::Header(header) => {
+                self.rate = header.sample_rate;
+                let pickup = Pickup::wherever(self.ear.source, &header);
+                let words = self.ear.words.lock();
+                *words.unwrap_or_else(PoisonError::into_inner) = pickup.words();
+                self.pickup = Some(pickup);
+            }
             // While nobody listens there is nothing to do.
             Record::Samples(_) if self.ear.news.receiver_count() == 0 => self.resampler = None,
             Record::Samples(frame) => {
@@ -116,8 +126,9 @@ impl Sink for Tap {
                 let resampler = self.resampler.get_or_insert_with(|| Resampler::new(rate));
                 resampler.set_rate(rate);
                 let mut sound = Vec::new();
-                let heard = self.pickup.hear(&frame.velocity, frame.dt);
-                resampler.push(heard, &mut sound);
+                if let Some(pickup) = &mut self.pickup {
+                    resampler.push(pickup.hear(&frame), &mut sound);
+                }
                 self.level(&mut sound);
                 if !sound.is_empty() {
                     // The last listener may just have left.

@@ -298,7 +298,6 @@ struct Welcome {
     scenes: Vec<[String; 2]>,
     paces: [f64; 2],
     kicks: [f64; 2],
-    heard: &'static str,
     sound_rate: u32,
 }
 
@@ -323,7 +322,6 @@ async fn controlled(mut socket: WebSocket, shared: Arc<Shared>) {
         scenes: session.scenes(),
         paces: PACES,
         kicks: KICKS,
-        heard: session.ear.source().words(),
         sound_rate: crate::sound::RATE,
     };
     let mut bands = shared.bands.clone();
@@ -510,11 +508,27 @@ async fn sound(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> 
     upgrade.on_upgrade(move |socket| played(socket, shared))
 }
 
+/// What a listener hears.
+#[derive(Debug, Default, Serialize)]
+struct Heard {
+    /// In a few words.
+    what: String,
+    /// How many times slower, and so lower, than life.
+    slower: f32,
+}
+
+impl Heard {
+    /// Whether it is worth telling again.
+    fn differs_from(&self, told: &Self) -> bool {
+        self.what != told.what || (self.slower - told.slower).abs() > 0.02 * told.slower
+    }
+}
+
 /// Plays to a listener until it goes. One that lags misses some.
 async fn played(mut socket: WebSocket, shared: Arc<Shared>) {
     let ear = &shared.session.ear;
     let mut news = ear.listen();
-    let mut told = 0.0;
+    let mut told = Heard::default();
     loop {
         let sound = tokio::select! {
             sound = news.recv() => match sound {
@@ -527,12 +541,15 @@ async fn played(mut socket: WebSocket, shared: Arc<Shared>) {
                 Some(Ok(_)) => continue,
             },
         };
-        let slower = ear.slower();
-        if (slower - told).abs() > 0.02 * told {
-            told = slower;
-            if socket.send(message("slower", &slower)).await.is_err() {
+        let heard = Heard {
+            what: ear.words(),
+            slower: ear.slower(),
+        };
+        if heard.differs_from(&told) {
+            if socket.send(message("heard", &heard)).await.is_err() {
                 return;
             }
+            told = heard;
         }
         let bytes: Vec<u8> = sound.iter().flat_map(|x| x.to_le_bytes()).collect();
         if socket.send(Message::Binary(bytes.into())).await.is_err() {

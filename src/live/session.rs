@@ -13,7 +13,8 @@ use super::recorder::{Recorder, Switch};
 use super::screen::Screen;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    Gait, Helm, Monitor, Order, PipelineError, Sink, SinkError, Steered, Tee, drive, steerable,
+    Gait, Helm, Monitor, Order, PipelineError, Sink, SinkError, Source as _, Steered, Tee, drive,
+    steerable,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
@@ -199,13 +200,16 @@ impl Session {
                     self.hub.begin();
                     let audience = Arc::clone(&self.hub) as _;
                     let viewer = RerunSink::for_audience(audience, scene.record);
-                    sinks.push(Box::new(Screen::new(viewer.map_err(sink)?)));
+                    sinks.push(Box::new(Screen::new(
+                        viewer.map_err(|fault| sink(fault.into()))?,
+                    )));
                     self.ear.follow(helm.clone());
                     sinks.push(Box::new(self.ear.tap()));
                 }
                 Some(output) => {
                     let notice = Arc::clone(notice);
-                    let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
+                    let viewer = RerunSink::new(output, scene.record);
+                    let viewer = viewer.map_err(|fault| sink(fault.into()))?;
                     let viewer = viewer.with_notice(move |words| notice(words));
                     sinks.push(Box::new(Screen::new(viewer)));
                     // One viewer is enough for the whole session.
@@ -220,7 +224,9 @@ impl Session {
             let (switch, board) = (Arc::clone(&self.switch), Arc::clone(&self.board));
             sinks.push(Box::new(Recorder::new(switch, board, scene.record)));
             if let Some(wav) = wav {
-                sinks.push(Box::new(WavSink::new(wav, self.source, 1.0)));
+                let header = run.header(&self.command);
+                let heard = WavSink::new(wav, self.source, &header, 1.0);
+                sinks.push(Box::new(heard.map_err(|fault| sink(fault.into()))?));
             }
             {
                 let mut current = self.current();
@@ -375,8 +381,8 @@ impl Session {
     }
 }
 
-fn sink(fault: crate::record::RecordError) -> PipelineError {
-    PipelineError::Sink(SinkError::from(fault))
+fn sink(fault: SinkError) -> PipelineError {
+    PipelineError::Sink(fault)
 }
 
 /// A number that is asked for, if it is within a range.
@@ -428,7 +434,7 @@ mod tests {
             folder: std::env::temp_dir(),
             save: None,
             wav: None,
-            source: Source::Velocity,
+            source: Source::default(),
         };
         Arc::new(Session::new(plan))
     }

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use hound::{SampleFormat, WavSpec, WavWriter};
 
-use super::{Pickup, RATE, Resampler, Source};
+use super::{NoSurface, Pickup, RATE, Resampler, Source};
 use crate::export::{OutputError, replace_file};
-use crate::pipeline::message::Record;
+use crate::pipeline::message::{Header, Record};
 use crate::pipeline::{Sink, SinkError};
 
 /// The loudest sample, of full scale: -1 dB.
@@ -24,6 +24,7 @@ pub struct WavSink {
     /// How many times slower than life it is played.
     slower: f64,
     pickup: Pickup,
+    /// Until the run is over.
     resampler: Option<Resampler>,
     sound: Vec<f32>,
     /// Simulated time so far, s.
@@ -31,16 +32,29 @@ pub struct WavSink {
 }
 
 impl WavSink {
-    /// Into a file, played so many times slower than life (1 for real time, above 0).
-    pub fn new(path: PathBuf, source: Source, slower: f64) -> Self {
-        Self {
+    /// Of a run into a file, played so many times slower than life (1 for real time, above 0).
+    ///
+    /// # Errors
+    /// When the run has no surface, and that is to be heard.
+    pub fn new(
+        path: PathBuf,
+        source: Source,
+        header: &Header,
+        slower: f64,
+    ) -> Result<Self, NoSurface> {
+        Ok(Self {
             path,
             slower,
-            pickup: Pickup::new(source),
-            resampler: None,
+            pickup: Pickup::new(source, header)?,
+            resampler: Some(Resampler::new(header.sample_rate / slower)),
             sound: Vec::new(),
             time: 0.0,
-        }
+        })
+    }
+
+    /// What is heard, in a few words.
+    pub fn words(&self) -> String {
+        self.pickup.words()
     }
 
     /// Sound that comes to a time of the run, samples.
@@ -80,18 +94,11 @@ impl WavSink {
 
 impl Sink for WavSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        match record {
-            Record::Header(header) => {
-                self.resampler = Some(Resampler::new(header.sample_rate / self.slower));
+        if let Record::Samples(frame) = record {
+            if let Some(resampler) = &mut self.resampler {
+                resampler.push(self.pickup.hear(&frame), &mut self.sound);
             }
-            Record::Samples(frame) => {
-                if let Some(resampler) = &mut self.resampler {
-                    let heard = self.pickup.hear(&frame.velocity, frame.dt);
-                    resampler.push(heard, &mut self.sound);
-                }
-                self.time += frame.end() - frame.t0;
-            }
-            _ => {}
+            self.time += frame.end() - frame.t0;
         }
         Ok(())
     }

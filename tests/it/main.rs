@@ -27,5 +27,7 @@ mod scenes;
 mod schedules;
 #[cfg(feature = "cli")]
 mod small;
+#[cfg(feature = "cli")]
+mod sound;
 mod stability;
 mod tangent;

@@ -72,7 +72,6 @@ function welcome(told) {
   $("scene").replaceChildren(
     ...told.scenes.map(([name, title]) => new Option(`${name}: ${title}`, name)),
   );
-  $("heard").dataset.heard = told.heard;
   soundRate = told.sound_rate;
 }
 
@@ -292,7 +291,7 @@ async function listen() {
   const mine = sound;
   socket.onmessage = (event) => {
     if (typeof event.data === "string") {
-      heardAt(JSON.parse(event.data).slower);
+      heard(JSON.parse(event.data).heard);
       return;
     }
     const piece = new Float32Array(event.data);
@@ -302,11 +301,10 @@ async function listen() {
   $("listen").setAttribute("aria-pressed", "true");
   $("listen").textContent = "Mute";
   $("heard").hidden = false;
-  heardAt(1 / (state.panel?.pace || 1));
+  $("heard").textContent = "listening…";
 }
 
-function heardAt(slower) {
-  const what = $("heard").dataset.heard;
+function heard({ what, slower }) {
   const pitch =
     slower < 1.02 ? "at its true pitch" : `${slower.toPrecision(2)} times slower, and so lower, than life`;
   const hint = slower > 60 ? "; too low to hear: choose a faster pace" : "";

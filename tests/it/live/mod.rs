@@ -59,7 +59,7 @@ impl Live {
     }
 
     /// Ends it as Ctrl-C does; the exit code.
-    fn interrupt(mut self) -> Option<i32> {
+    fn interrupt(&mut self) -> Option<i32> {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args(["-INT", &id]).status();
         assert!(sent.expect("kill").success());

@@ -37,7 +37,7 @@ fn is(expected: f64) -> impl Fn(f64) -> bool {
 
 #[test]
 fn the_slider_changes_the_tilt_in_the_stream() {
-    let live = Live::start("torus-3deg", &[]);
+    let mut live = Live::start("torus-3deg", &[]);
     let (mut control, mut stream) = (live.socket("/control"), live.socket("/stream"));
     until(&mut stream, paths::TILT, is(3.0));
     assert_eq!(control.ask(&tilt(4.5)), None);
@@ -218,7 +218,8 @@ fn sound_arrives_and_is_not_silence() {
             }
             Message::Text(text) => {
                 let told: serde_json::Value = serde_json::from_str(&text).unwrap();
-                slower = told["slower"].as_f64();
+                slower = told["heard"]["slower"].as_f64();
+                assert_eq!(told["heard"]["what"], "velocity of the contact's centre");
             }
             _ => {}
         }
@@ -226,6 +227,18 @@ fn sound_arrives_and_is_not_silence() {
     assert!(loud > 0.5, "{loud}");
     // Ten times, or more on a machine that does not keep up.
     assert!(slower.expect("told") > 9.0, "{slower:?}");
+}
+
+#[test]
+fn the_sound_of_a_live_run_is_kept_when_it_is_ended() {
+    let mut live = Live::start("torus-3deg", &["--pace", "200", "--wav", "squeak.wav"]);
+    let wav = live.folder().join("squeak.wav");
+    let mut control = live.socket("/control");
+    control.panel(|panel| panel["time_s"].as_f64() > Some(0.05));
+    assert!(!wav.exists(), "it takes its name at the end");
+    assert_eq!(live.interrupt(), Some(130));
+    let sound = hound::WavReader::open(&wav).expect("a WAV file");
+    assert!(sound.duration() > 2400, "{}", sound.duration());
 }
 
 #[test]
