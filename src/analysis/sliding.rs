@@ -71,6 +71,10 @@ pub struct SlidingWindow<const C: usize> {
     minimum: usize,
     hop: f64,
     fired: u64,
+    /// Samples from one window that is handed out to the next, at least.
+    apart: u64,
+    /// Where the last one that was handed out ended.
+    shown: Option<u64>,
 }
 
 impl<const C: usize> SlidingWindow<C> {
@@ -82,7 +86,14 @@ impl<const C: usize> SlidingWindow<C> {
             minimum: length,
             hop: hop.max(1.0),
             fired: 0,
+            apart: 0,
+            shown: None,
         }
+    }
+
+    /// Passes over windows from now on that end less than so many samples after the last one handed out.
+    pub fn space_out(&mut self, apart: u64) {
+        self.apart = apart;
     }
 
     /// Also hands out windows that are not yet full, once they hold `minimum` samples.
@@ -114,7 +125,9 @@ impl<const C: usize> SlidingWindow<C> {
             taken += step;
             if self.history.seen == due {
                 self.fired += 1;
-                if due >= self.minimum as u64 {
+                let far = self.shown.is_none_or(|shown| due >= shown + self.apart);
+                if due >= self.minimum as u64 && far {
+                    self.shown = Some(due);
                     each(self.history.view())?;
                 }
             }
@@ -166,6 +179,23 @@ mod tests {
             let expected: Vec<f64> = (seen - 20..seen).map(|i| i as f64).collect();
             assert_eq!(window, expected);
         }
+    }
+
+    #[test]
+    fn windows_can_be_spaced_out_and_brought_together_again() {
+        let mut sliding = SlidingWindow::<1>::new(20, 10.0);
+        let mut ends = Vec::new();
+        for (apart, count) in [(0, 50), (25, 100), (0, 30)] {
+            sliding.space_out(apart);
+            let samples = vec![0.0; count];
+            sliding
+                .push([&samples], |view| {
+                    ends.push(view.seen);
+                    Ok::<(), Infallible>(())
+                })
+                .unwrap_or_else(|never| match never {});
+        }
+        assert_eq!(ends, [20, 30, 40, 50, 80, 110, 140, 160, 170, 180]);
     }
 
     #[test]

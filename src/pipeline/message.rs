@@ -216,6 +216,8 @@ pub struct Shown {
     pub pictures: f64,
     /// Of the series every so many samples one is drawn, at least 1.
     pub every: usize,
+    /// Windows of an analysis are looked at that end so many samples apart, or more.
+    pub apart: u64,
 }
 
 impl Frame {
@@ -227,6 +229,12 @@ impl Frame {
     /// Whether the frame holds no sample.
     pub fn is_empty(&self) -> bool {
         self.displacement.is_empty()
+    }
+
+    /// Samples from one window of an analysis that is looked at to the next, at least; 0 for all that the scene
+    /// asks for.
+    pub fn apart(&self) -> u64 {
+        self.shown.map_or(0, |shown| shown.apart)
     }
 
     /// Time of sample `k`, s.

@@ -18,6 +18,8 @@ const FRAMES: f64 = 60.0;
 const PICTURES: f64 = 20.0;
 /// Rows of series a second of wall time, about: what a viewer takes in with ease.
 const ROWS: f64 = 20e3;
+/// Windows that an analysis looks at in a second of wall time, at most: a few more than are shown of it.
+const LOOKS: f64 = 8.0;
 /// Samples of a frame, at most.
 const LONGEST_FRAME: f64 = 8192.0;
 /// How far behind its pace a run may fall before it gives up catching up.
@@ -148,6 +150,7 @@ impl Steered {
         let shown = Shown {
             pictures: (PICTURES / pace).min(self.rate),
             every: (pace * self.rate / ROWS).round().max(1.0) as usize,
+            apart: (pace * self.rate / LOOKS).round() as u64,
         };
         self.source
             .cut(samples.clamp(1.0, LONGEST_FRAME) as usize, shown);

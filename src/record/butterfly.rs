@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines, TextDocument};
 
 use super::{
+    due::Due,
     error::RecordError,
     paths,
     plot::{Axes, Bounds},
@@ -36,6 +37,7 @@ pub struct Butterfly {
     trail: VecDeque<[[f64; 2]; 2]>,
     scales: [FullScale; 2],
     axes: Axes,
+    due: Due,
     last: Option<Parting>,
 }
 
@@ -51,6 +53,7 @@ impl Butterfly {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             axes: Axes::default(),
+            due: Due::default(),
             last: None,
         })
     }
@@ -65,15 +68,22 @@ impl Butterfly {
         let Some(twin) = frame.twin.as_ref().filter(|twin| !twin.distance.is_empty()) else {
             return Ok(());
         };
+        let every = frame.shown.map_or(1, |shown| shown.every);
         let second = twin.displacement.iter().zip(&twin.velocity);
         for (k, (&u, &v)) in (twin.first..).zip(second) {
-            self.displacement.push(frame.time(k), [1e6 * u]);
+            if k % every == 0 {
+                self.displacement.push(frame.time(k), [1e6 * u]);
+            }
             let first = [frame.displacement[k], frame.velocity[k]];
             self.trail.push_back([first, [u, v]]);
         }
         self.displacement.send_full(rec)?;
         let keep = (TRAIL / frame.dt).round() as usize;
         self.trail.drain(..self.trail.len().saturating_sub(keep));
+        self.due.follow(frame);
+        if !self.due.is_due(frame.end()) {
+            return Ok(());
+        }
         for (c, scale) in self.scales.iter_mut().enumerate() {
             let values = self.trail.iter().flatten().map(|point| point[c].abs());
             scale.update(values.fold(0.0, f64::max), SMALLEST[c]);

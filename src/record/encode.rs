@@ -158,6 +158,7 @@ impl Encoder {
             // The header made this encoder; a second one would say the same.
             Record::Header(_) => Ok(()),
             Record::Samples(frame) => {
+                self.section.due.follow(frame);
                 self.frames.push(rec, frame)?;
                 match &mut self.butterfly {
                     Some(butterfly) => butterfly.push(rec, frame),

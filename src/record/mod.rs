@@ -36,6 +36,7 @@ mod butterfly;
 mod chaos;
 pub mod cost;
 mod delay;
+mod due;
 mod encode;
 mod error;
 mod exponents;

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius, RecordingStream};
 
 use super::{
+    due::Due,
     error::RecordError,
     paths::{self, Root},
     plot::{Axis, Plot},
@@ -38,8 +39,7 @@ pub struct Portrait {
     trail: VecDeque<Piece>,
     scales: [FullScale; 2],
     drawn: bool,
-    /// Time of the next picture where somebody watches, s.
-    next: f64,
+    due: Due,
 }
 
 /// A stretch of the trail: a frame, or several short ones.
@@ -86,7 +86,7 @@ impl Portrait {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             drawn: false,
-            next: 0.0,
+            due: Due::default(),
         }
     }
 
@@ -101,14 +101,9 @@ impl Portrait {
             return Ok(());
         }
         self.lengthen(frame);
-        // Where somebody watches, no more often than a screen shows it.
-        if let Some(shown) = frame.shown {
-            let every = 1.0 / shown.pictures;
-            self.next = self.next.min(frame.end() + every);
-            if frame.end() < self.next {
-                return Ok(());
-            }
-            self.next = frame.end() + every;
+        self.due.follow(frame);
+        if !self.due.is_due(frame.end()) {
+            return Ok(());
         }
 
         let mut changed = !self.drawn;

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::{
+    due::Due,
     error::RecordError,
     paths,
     plot::{Axes, Axis, Bounds, Plot},
@@ -38,6 +39,8 @@ pub struct Section {
     recent: VecDeque<[f64; 2]>,
     /// Axes of the section and of its return map.
     axes: [Axes; 2],
+    /// When they are drawn.
+    pub due: Due,
 }
 
 /// How one coordinate is drawn.
@@ -125,6 +128,7 @@ impl Section {
             coordinates: header.section.map(|c| Coordinate::new(header, c)),
             recent: VecDeque::with_capacity(PASSAGES),
             axes: Default::default(),
+            due: Due::default(),
         })
     }
 
@@ -147,6 +151,9 @@ impl Section {
         self.recent.extend(points.iter().map(|point| point.at));
         let surplus = self.recent.len().saturating_sub(PASSAGES);
         self.recent.drain(..surplus);
+        if !self.due.is_due(time) {
+            return Ok(());
+        }
         self.scale();
         self.draw_section(rec, time)?;
         self.draw_map(rec, time)

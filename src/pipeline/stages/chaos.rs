@@ -56,6 +56,7 @@ impl Stage for ChaosStage {
             method,
             rate,
         } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.displacement], |view| {
             let [displacement] = view.channels;
             let Some(embedding) = unfolding.at(view.seen, &context.choices) else {

@@ -46,6 +46,7 @@ impl Stage for DelayStage {
             search,
             rate,
         } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.displacement], |view| {
             let [displacement] = view.channels;
             let Ok(choice) = choose_delay(displacement, search) else {

@@ -68,6 +68,7 @@ impl Stage for NarrationStage {
             narrator,
             joint,
         } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.velocity, &frame.displacement], |view| {
             let [velocity, displacement] = view.channels;
             let time = context.time(view.seen as f64 - 1.0);

@@ -75,6 +75,7 @@ impl Stage for QuantificationStage {
             dt,
         } = self;
         let step = every_step.step();
+        sliding.space_out(frame.apart() / step as u64);
         sliding.push([every_step.of(&frame.displacement)], |view| {
             let seen = (view.seen - 1) * step as u64 + 1;
             let Some(embedding) = unfolding.at(seen, &context.choices) else {

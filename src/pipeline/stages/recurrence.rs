@@ -67,6 +67,7 @@ impl Stage for RecurrenceStage {
             threshold,
             rate,
         } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.displacement], |view| {
             let Some(Embedding { lag, dimension }) = unfolding.at(view.seen, &context.choices)
             else {

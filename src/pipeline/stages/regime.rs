@@ -35,6 +35,7 @@ impl Stage for RegimeStage {
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let Self { sliding, search } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.displacement], |view| {
             let [displacement] = view.channels;
             let Ok(verdict) = classify(displacement, search) else {

@@ -35,6 +35,7 @@ impl Stage for SpectrumStage {
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         let Self { sliding, analyser } = self;
+        sliding.space_out(frame.apart());
         sliding.push([&frame.velocity], |view| {
             let spectrum = analyser.analyse(view.channels[0])?;
             emit(Record::Spectrum {
