@@ -174,6 +174,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         scene,
         command: command_line(),
         pace: 1e-3 * args.pace,
+        neighbours: !args.no_neighbours,
         watcher: watcher(args),
         folder: args.folder.clone(),
         save: save.map(|file| file.path().to_owned()),

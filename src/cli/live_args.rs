@@ -22,6 +22,9 @@ pub struct LiveArgs {
     /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
     #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
     pub accuracy: Option<f64>,
+    /// Leave out exponents and second copy of the scene, which cost most: for real time.
+    #[arg(long)]
+    pub no_neighbours: bool,
     /// Open a viewer on this machine, and steer from the terminal [default, where a viewer of the right version is installed].
     #[arg(long, group = "watched")]
     pub spawn: bool,

@@ -151,6 +151,9 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
             '.' => Asked::Command(Command::Step),
             'k' => Asked::Command(Command::Kick { mm_per_s: None }),
             'r' => Asked::Command(Command::Reset),
+            'e' => Asked::Command(Command::Neighbours {
+                follow: panel.neighbours != Some(true),
+            }),
             'f' if panel.recording.is_some() => Asked::Command(Command::StopRecording),
             'f' => Asked::Command(Command::Record),
             'n' => scene(1),
@@ -183,7 +186,7 @@ fn draw(frame: &mut Frame<'_>, panel: &Panel, refused: Option<&str>) {
     draw_numbers(frame, numbers, panel);
     draw_words(frame, words, panel, refused);
     let help = "←→ tilt (Shift: faster)  ↑↓ pace  1-4 slow motion..real time  space pause  . step  \
-                k kick  r reset  n/p scene  f record  q quit";
+                k kick  r reset  n/p scene  e neighbours  f record  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
 }
@@ -345,6 +348,8 @@ mod tests {
         };
         assert_eq!(press(KeyCode::Char('n'), none), scene("paper"));
         assert_eq!(press(KeyCode::Char('p'), none), scene("tilt-ramp"));
+        let follow = Command::Neighbours { follow: true };
+        assert_eq!(press(KeyCode::Char('e'), none), Asked::Command(follow));
         assert_eq!(press(KeyCode::Char('q'), none), Asked::Told(Told::Quit));
         let interrupt = press(KeyCode::Char('c'), KeyModifiers::CONTROL);
         assert_eq!(interrupt, Asked::Told(Told::Interrupt));

@@ -36,6 +36,8 @@ pub struct Panel {
     pub tilt_deg: Option<f64>,
     /// Tilts that may be asked for, degrees.
     pub reach_deg: Option<[f64; 2]>,
+    /// Whether the neighbours are followed that the scene asks for; `None` where it asks for none.
+    pub neighbours: Option<bool>,
     /// What is being seen, Markdown with a heading.
     pub words: String,
     /// What the run shows of the scene's mechanism so far, Markdown with a heading; empty where it is for none.
@@ -103,12 +105,13 @@ impl Board {
     }
 
     /// Another run begins, whose load may be tilted within `reach_deg`.
-    pub fn begin(&self, reach_deg: Option<[f64; 2]>) {
+    pub fn begin(&self, reach_deg: Option<[f64; 2]>, neighbours: Option<bool>) {
         let mut panel = self.panel();
         *panel = Panel {
             run: panel.run + 1,
             recording: panel.recording.take(),
             reach_deg,
+            neighbours,
             ..Panel::default()
         };
     }
@@ -226,7 +229,7 @@ mod tests {
     #[test]
     fn a_new_run_forgets_the_old_ones_numbers_but_not_its_events() {
         let board = Board::default();
-        board.begin(Some([0.0, 10.0]));
+        board.begin(Some([0.0, 10.0]), Some(true));
         board.tell(0.0, "told");
         board.set_recording(Some("a.rrd".to_owned()));
         let frame = Frame {
@@ -235,7 +238,7 @@ mod tests {
         };
         board.see_frame(&frame);
         assert_eq!(board.read(None, 0).speed_mm_s, 2.0);
-        board.begin(None);
+        board.begin(None, None);
         let panel = board.read(None, 0);
         assert_eq!(
             (panel.run, panel.speed_mm_s, panel.reach_deg),

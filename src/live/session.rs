@@ -58,6 +58,12 @@ pub enum Command {
     },
     /// Begin the scene anew.
     Reset,
+    /// Follow neighbours of the motion, as the scene asks for them (exponents, a second copy), or leave them out,
+    /// which is faster. Begins the scene anew.
+    Neighbours {
+        /// Whether to follow them.
+        follow: bool,
+    },
     /// Another scene.
     Scene {
         /// Its name: a preset's, or that of the scene the session began with.
@@ -92,6 +98,8 @@ pub struct Plan {
     pub command: String,
     /// Pace at the start, simulated seconds a second.
     pub pace: f64,
+    /// Whether neighbours are followed at the start, see [`Command::Neighbours`].
+    pub neighbours: bool,
     /// Who watches.
     pub watcher: Watcher,
     /// Where recordings go that are asked for on the way.
@@ -125,6 +133,7 @@ pub struct Session {
 struct Current {
     scene: Scene,
     pace: f64,
+    neighbours: bool,
     /// While a run goes on.
     helm: Option<Helm>,
     /// Degrees; `None` of what has no tilt.
@@ -148,6 +157,7 @@ impl Session {
             current: Mutex::new(Current {
                 scene: plan.scene.clone(),
                 pace: plan.pace,
+                neighbours: plan.neighbours,
                 helm: None,
                 reach: reach(&plan.scene),
                 early: Vec::new(),
@@ -178,7 +188,7 @@ impl Session {
         };
         let mut last = None;
         loop {
-            let (scene, pace, wav) = {
+            let (scene, pace, wav, neighbours) = {
                 let mut current = self.current();
                 if current.over {
                     return Ok(last);
@@ -188,12 +198,18 @@ impl Session {
                     current.early.clear();
                     current.scene = next;
                 }
-                (current.scene.clone(), current.pace, current.wav.take())
+                let followed = current.scene.follows_neighbours();
+                let neighbours = followed.then_some(current.neighbours);
+                let scene = match neighbours {
+                    Some(false) => current.scene.clone().without_neighbours(),
+                    Some(true) | None => current.scene.clone(),
+                };
+                (scene, current.pace, current.wav.take(), neighbours)
             };
             let reach_deg = self.current().reach;
             let reach = reach_deg.unwrap_or_default().map(f64::to_radians);
             let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
-            self.board.begin(reach_deg);
+            self.board.begin(reach_deg, neighbours);
             let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Scribe(Arc::clone(&self.board)))];
             match &mut output {
                 None => {
@@ -327,6 +343,14 @@ impl Session {
                 current.next = Some(current.scene.clone());
                 Order::End
             }
+            Command::Neighbours { follow } => {
+                let has_them = current.scene.follows_neighbours();
+                if std::mem::replace(&mut current.neighbours, *follow) == *follow || !has_them {
+                    return Ok(());
+                }
+                current.next = Some(current.scene.clone());
+                Order::End
+            }
             Command::Scene { name } => {
                 current.next = Some(self.named(name)?);
                 Order::End
@@ -430,6 +454,7 @@ mod tests {
             scene: Scene::load(scene).unwrap(),
             command: "squeakscope live".to_owned(),
             pace: 0.02,
+            neighbours: true,
             watcher: Watcher::Page,
             folder: std::env::temp_dir(),
             save: None,
@@ -510,6 +535,24 @@ mod tests {
             assert!(session.obey(&Command::Tilt { deg: 2.0 }).is_err());
             obey(Command::Reset);
             until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
+        });
+    }
+
+    #[test]
+    fn neighbours_are_left_out_when_asked_for() {
+        steered("chaos-5deg", |session| {
+            assert_eq!(session.panel().neighbours, Some(true));
+            let obey = |command| session.obey(&command).unwrap();
+            obey(Command::Neighbours { follow: false });
+            let panel = until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
+            assert_eq!(panel.neighbours, Some(false));
+            // Asked again, nothing is begun anew.
+            obey(Command::Neighbours { follow: false });
+            // What has none has none.
+            let name = "mass-on-belt".to_owned();
+            obey(Command::Scene { name });
+            let panel = until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
+            assert_eq!(panel.neighbours, None);
         });
     }
 

@@ -58,6 +58,25 @@ impl Scene {
         self
     }
 
+    /// Whether neighbours of the motion are followed: tangent vectors, or a second copy.
+    pub fn follows_neighbours(&self) -> bool {
+        self.analysis.exponents.is_some() || self.analysis.butterfly.is_some()
+    }
+
+    /// The same scene without tangent vectors and second copy, which cost most; a mechanism that needs them is
+    /// not shown.
+    pub fn without_neighbours(mut self) -> Self {
+        let paths = [
+            (self.analysis.exponents.take().is_some(), "exponents"),
+            (self.analysis.butterfly.take().is_some(), "butterfly"),
+        ];
+        for (_, name) in paths.into_iter().filter(|(was_there, _)| *was_there) {
+            self.note(&format!("[analysis.{name}]"), "left out");
+        }
+        self.mechanism = shown_mechanism(&self);
+        self
+    }
+
     /// What is allowed in this scene but probably not meant.
     pub fn warnings(&self) -> Vec<SceneWarning> {
         let mut warnings = Vec::new();

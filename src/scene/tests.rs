@@ -695,6 +695,22 @@ fn the_load_never_lies_along_the_rotation() {
 }
 
 #[test]
+fn neighbours_can_be_left_out() {
+    let scene = Scene::load("chaos-5deg").unwrap();
+    assert!(scene.follows_neighbours() && scene.mechanism.is_some());
+    let scene = scene.without_neighbours();
+    assert!(!scene.follows_neighbours());
+    assert!(scene.analysis.regime.is_some(), "the rest stays");
+    assert_eq!(scene.mechanism, None, "its picture was the second copy");
+    for table in ["exponents", "butterfly"] {
+        let line = format!("# overridden for this run: [analysis.{table}] = left out");
+        assert!(scene.text.contains(&line), "{}", scene.text);
+    }
+    let torus = Scene::load("torus-3deg").unwrap().without_neighbours();
+    assert!(torus.mechanism.is_some() && !torus.text.contains("butterfly"));
+}
+
+#[test]
 fn overrides_obey_the_ranges_and_are_recorded() {
     let scene = smallest()
         .with_tilt(-3.5)

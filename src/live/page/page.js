@@ -26,6 +26,22 @@ const NODE_COLOURS = ["#ffa53a", "#58a9ff", "#f2f5f7"];
 
 const state = { panel: null, refusedUntil: 0, dragging: false, pacing: false };
 
+// ---- dark, or light for a projector in a bright room
+
+const asSystem = window.matchMedia.bind(window);
+const theme = localStorage.getItem("theme") === "light" ? "light" : "dark";
+document.documentElement.dataset.theme = theme;
+// The viewer goes by what it takes for the system's wish.
+window.matchMedia = (query) => {
+  const wish = /prefers-color-scheme:\s*(\w+)/.exec(query);
+  return asSystem(!wish ? query : wish[1] === theme ? "all" : "not all");
+};
+
+function toggleTheme() {
+  localStorage.setItem("theme", theme === "dark" ? "light" : "dark");
+  location.reload();
+}
+
 // ---- talking with the server
 
 let control = null;
@@ -82,6 +98,11 @@ function bands(told) {
   drawBands();
 }
 
+function showSource() {
+  $("bands-source").replaceChildren();
+  inline($("bands-source"), bandsNow.source);
+}
+
 function drawBands() {
   const svg = $("bands");
   const reach = state.panel?.reach_deg;
@@ -89,13 +110,20 @@ function drawBands() {
   if (!reach || at.length === 0) {
     svg.replaceChildren();
     $("legend").replaceChildren();
-    $("bands-source").textContent = bandsNow.source;
+    showSource();
     return;
   }
   const x = (deg) => (1000 * (deg - reach[0])) / (reach[1] - reach[0]);
-  const rects = at.map(([deg, kind], k) => {
+  // Neighbours of one kind are one band.
+  const ranges = [];
+  for (const [k, [deg, kind]] of at.entries()) {
     const low = k === 0 ? deg : 0.5 * (at[k - 1][0] + deg);
     const high = k === at.length - 1 ? deg : 0.5 * (deg + at[k + 1][0]);
+    const last = ranges.at(-1);
+    if (last?.kind === kind) last.high = high;
+    else ranges.push({ kind, low, high });
+  }
+  const rects = ranges.map(({ kind, low, high }) => {
     const rect = document.createElementNS("http://www.w3.org/2000/svg", "rect");
     const left = Math.max(0, x(low));
     rect.setAttribute("x", left);
@@ -115,7 +143,7 @@ function drawBands() {
       return item;
     }),
   );
-  $("bands-source").textContent = bandsNow.source;
+  showSource();
 }
 
 // ---- what is told again and again
@@ -173,12 +201,14 @@ function showPace(told) {
   $("pace-now").textContent = paceWords(asked);
   $("pause").textContent = told.paused ? "Go on" : "Pause";
   $("pause").setAttribute("aria-pressed", told.paused);
+  $("neighbours").hidden = told.neighbours === null;
+  $("neighbours").firstElementChild.checked = told.neighbours === true;
   const slow = told.reached !== null && told.reached < 0.9 * told.pace;
   const reached = told.reached === null ? "" : paceWords(1e3 * told.reached);
   $("reached").textContent = told.paused
     ? "time stands still"
     : slow
-      ? `this machine reaches ${reached}`
+      ? `this machine reaches ${reached}${told.neighbours ? "; without neighbours it is faster" : ""}`
       : `1 ms takes ${(1 / asked).toPrecision(2)} s`;
 }
 
@@ -316,6 +346,7 @@ function heard({ what, slower }) {
 const tilted = (deg) => ask({ do: "tilt", deg: Number(deg) });
 const paced = (ms) => ask({ do: "pace", ms_per_s: Number(ms) });
 const togglePause = () => ask({ do: state.panel?.paused ? "resume" : "pause" });
+const toggleNeighbours = () => ask({ do: "neighbours", follow: !state.panel?.neighbours });
 const toggleRecord = () => ask({ do: state.panel?.recording ? "stop-recording" : "record" });
 
 $("tilt").addEventListener("input", (event) => {
@@ -340,6 +371,7 @@ $("pause").addEventListener("click", togglePause);
 $("step").addEventListener("click", () => ask({ do: "step" }));
 $("kick").addEventListener("click", () => ask({ do: "kick" }));
 $("reset").addEventListener("click", () => ask({ do: "reset" }));
+$("neighbours").addEventListener("change", toggleNeighbours);
 $("record").addEventListener("click", toggleRecord);
 $("listen").addEventListener("click", listen);
 
@@ -360,7 +392,9 @@ const KEYS = {
   k: () => ask({ do: "kick" }),
   r: () => ask({ do: "reset" }),
   m: listen,
+  e: toggleNeighbours,
   f: toggleRecord,
+  l: toggleTheme,
   h: () => document.body.classList.toggle("alone"),
   n: () => {
     const next = scenes[(scenes.indexOf(state.panel?.scene) + 1) % scenes.length];
