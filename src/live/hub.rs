@@ -24,6 +24,10 @@ pub struct News {
     pub name: Name,
     /// Whether it holds at all times: nobody may miss it.
     pub lasting: bool,
+    /// Whether another recording begins with it.
+    pub begins: bool,
+    /// Simulated time of the newest that it tells, s.
+    pub until: Option<f64>,
 }
 
 /// Keeps what a viewer needs that comes late, and hands on what comes, without ever waiting for anybody.
@@ -151,6 +155,8 @@ impl Audience for Hub {
             bytes,
             name,
             lasting,
+            begins,
+            until,
         } = piece;
         let (bytes, name) = (Bytes::from(bytes), Name::from(name));
         let mut state = self.state();
@@ -163,6 +169,8 @@ impl Audience for Hub {
             bytes,
             name,
             lasting,
+            begins,
+            until,
         });
     }
 }
@@ -176,6 +184,7 @@ mod tests {
             bytes: text.as_bytes().to_vec(),
             name: name.to_owned(),
             lasting,
+            ..Piece::default()
         }
     }
 

@@ -41,9 +41,8 @@ const PANEL_EVERY: Duration = Duration::from_millis(50);
 const MESSAGE: usize = 1 << 20;
 /// How long a viewer may take to show what it was sent; until it has seen it all, the rest is left out.
 const PATIENCE: Duration = Duration::from_millis(1500);
-/// Simulated time that a viewer need not have seen of what was sent, s: not every piece goes up to the last
-/// sample.
-const SEEN_SLACK: f64 = 2e-3;
+/// How long a viewer is waited for that has seen nothing more; then it is tried again.
+const AT_REST: Duration = Duration::from_secs(10);
 /// Bytes of a command, at most.
 const LONGEST_COMMAND: usize = 1 << 12;
 /// Why a connection is closed that lags too far behind: the page connects anew.
@@ -404,9 +403,12 @@ async fn streamed(mut socket: WebSocket, shared: Arc<Shared>) {
             if socket.send(Message::Binary(full.into())).await.is_err() {
                 return;
             }
-            flow.sent(Instant::now(), session.time());
+            flow.sent(Instant::now());
         }
         let mut take = |news: News, waiting: &mut Vec<u8>| {
+            if news.begins {
+                flow.begin();
+            }
             if news.lasting {
                 waiting.extend_from_slice(&news.bytes);
             } else if flow.is_behind(Instant::now()) {
@@ -420,6 +422,7 @@ async fn streamed(mut socket: WebSocket, shared: Arc<Shared>) {
                     }
                 }
                 waiting.extend_from_slice(&news.bytes);
+                flow.tells(news.until);
             }
         };
         let mut lost = false;
@@ -432,7 +435,7 @@ async fn streamed(mut socket: WebSocket, shared: Arc<Shared>) {
             told = socket.recv() => match told {
                 Some(Ok(Message::Text(text))) => {
                     if let Ok(Seen { seen }) = serde_json::from_str(text.as_str()) {
-                        flow.seen(seen);
+                        flow.saw(Instant::now(), seen);
                     }
                     continue;
                 }
@@ -464,43 +467,64 @@ struct Seen {
 /// How far a viewer is behind what it was sent. One that says nothing of itself is taken to keep up.
 #[derive(Debug, Default)]
 struct Flow {
-    /// When something was sent, and the run's time then, s; oldest first.
+    /// When something was sent, and up to which simulated time it tells, s; oldest first.
     under_way: VecDeque<(Instant, f64)>,
+    /// Simulated time of the newest that is to be sent, and that has been seen, s.
+    newest: f64,
+    seen: f64,
+    /// Since when nothing is sent, or nothing more has been seen, until all that was sent has been.
+    waits: Option<Instant>,
     speaks: bool,
-    /// Nothing is sent until it has seen all that was.
-    waits: bool,
 }
 
 impl Flow {
-    fn sent(&mut self, now: Instant, time: f64) {
-        // Another run begins at zero again.
-        if self.under_way.back().is_some_and(|(_, last)| *last > time) {
-            self.under_way.clear();
-        }
-        if self.speaks {
-            self.under_way.push_back((now, time));
+    /// Another recording begins.
+    fn begin(&mut self) {
+        *self = Self {
+            speaks: self.speaks,
+            ..Self::default()
+        };
+    }
+
+    /// The next message has something of this time, s.
+    fn tells(&mut self, until: Option<f64>) {
+        self.newest = self.newest.max(until.unwrap_or(0.0));
+    }
+
+    fn sent(&mut self, now: Instant) {
+        let last = self.under_way.back().map_or(self.seen, |(_, last)| *last);
+        if self.speaks && self.newest > last {
+            self.under_way.push_back((now, self.newest));
         }
     }
 
-    fn seen(&mut self, time: f64) {
+    fn saw(&mut self, now: Instant, time: f64) {
         self.speaks = true;
-        let slack = SEEN_SLACK;
-        while self
-            .under_way
-            .front()
-            .is_some_and(|(_, sent)| *sent <= time + slack)
-        {
+        if time != self.seen && self.waits.is_some() {
+            self.waits = Some(now);
+        }
+        self.seen = time;
+        // A nanosecond is lost where times are rounded.
+        let is_seen = |(_, until): &(Instant, f64)| *until <= time + 1e-8;
+        while self.under_way.front().is_some_and(is_seen) {
             self.under_way.pop_front();
         }
         if self.under_way.is_empty() {
-            self.waits = false;
+            self.waits = None;
         }
     }
 
     fn is_behind(&mut self, now: Instant) -> bool {
-        let oldest = self.under_way.front();
-        self.waits |= oldest.is_some_and(|(sent, _)| now > *sent + PATIENCE);
-        self.waits
+        let late = |(sent, _): &(Instant, f64)| now > *sent + PATIENCE;
+        match self.waits {
+            Some(since) if now > since + AT_REST => {
+                self.under_way.clear();
+                self.waits = None;
+            }
+            None if self.under_way.front().is_some_and(late) => self.waits = Some(now),
+            Some(_) | None => {}
+        }
+        self.waits.is_some()
     }
 }
 
@@ -619,23 +643,37 @@ mod tests {
         let mut flow = Flow::default();
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs_f64(seconds);
+        let sent = |flow: &mut Flow, when, until| {
+            flow.tells(Some(until));
+            flow.sent(at(when));
+        };
         // Before it has said anything, it keeps up.
-        flow.sent(at(0.0), 1.0);
-        assert!(!flow.is_behind(at(100.0)));
-        flow.seen(1.0);
-        flow.sent(at(100.0), 2.0);
-        flow.sent(at(101.0), 2.1);
+        sent(&mut flow, 0.0, 1.0);
+        assert!(!flow.is_behind(at(99.0)));
+        flow.saw(at(99.0), 1.0);
+        sent(&mut flow, 100.0, 2.0);
+        sent(&mut flow, 101.0, 2.1);
         assert!(!flow.is_behind(at(101.0)));
         assert!(flow.is_behind(at(102.0)));
-        flow.seen(2.05);
-        assert!(flow.is_behind(at(102.0)), "not all of it");
-        flow.seen(2.1);
-        assert!(!flow.is_behind(at(102.0)));
-        // Another run.
-        flow.sent(at(103.0), 3.0);
-        flow.sent(at(104.0), 0.0);
-        flow.seen(0.0);
-        assert!(!flow.is_behind(at(110.0)));
+        // What holds at all times goes on meanwhile, and is not waited for.
+        flow.tells(None);
+        flow.sent(at(102.0));
+        flow.saw(at(102.1), 2.05);
+        assert!(flow.is_behind(at(102.1)), "not all of it");
+        flow.saw(at(102.2), 2.1);
+        assert!(!flow.is_behind(at(102.2)));
+        // One that sees no more is tried again some time.
+        sent(&mut flow, 103.0, 3.0);
+        assert!(flow.is_behind(at(105.0)));
+        flow.saw(at(110.0), 2.5);
+        assert!(flow.is_behind(at(119.0)));
+        assert!(!flow.is_behind(at(121.0)));
+        // Another recording begins at zero.
+        sent(&mut flow, 122.0, 4.0);
+        flow.begin();
+        sent(&mut flow, 123.0, 0.1);
+        flow.saw(at(124.0), 0.1);
+        assert!(!flow.is_behind(at(130.0)));
     }
 
     #[test]

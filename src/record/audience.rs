@@ -3,6 +3,7 @@
 
 use std::{fmt, sync::Arc, time::Duration};
 
+use super::paths::TIMELINE;
 use rerun::{
     external::{
         re_build_info::CrateVersion,
@@ -19,7 +20,7 @@ pub trait Audience: Send + Sync {
 }
 
 /// A message of a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Piece {
     /// A whole recording stream with nothing but this message. Pieces joined in their order are one, too.
     pub bytes: Vec<u8>,
@@ -28,6 +29,10 @@ pub struct Piece {
     pub name: String,
     /// Whether it holds at all times: whoever comes later needs it before all others.
     pub lasting: bool,
+    /// Whether another recording begins with it.
+    pub begins: bool,
+    /// Simulated time of the newest that it tells, s; `None` of what holds at all times.
+    pub until: Option<f64>,
 }
 
 /// Hands messages to an audience.
@@ -44,11 +49,9 @@ impl LogSink for ToAudience {
     fn send(&self, message: LogMsg) {
         // A message that cannot be encoded is one that nobody could read.
         if let Ok(bytes) = encoded(&message) {
-            let (name, lasting) = name(&message);
             self.0.hear(Piece {
                 bytes,
-                name,
-                lasting,
+                ..told(&message)
             });
         }
     }
@@ -67,22 +70,41 @@ fn encoded(message: &LogMsg) -> Result<Vec<u8>, EncodeError> {
     encoder.into_inner()
 }
 
-/// What a message is of, and whether it holds at all times.
-fn name(message: &LogMsg) -> (String, bool) {
+/// What a message tells, without its bytes.
+fn told(message: &LogMsg) -> Piece {
+    let lasting = Piece {
+        lasting: true,
+        ..Piece::default()
+    };
     match message {
-        LogMsg::SetStoreInfo(info) => (format!("store {:?}", info.info.store_id), true),
-        LogMsg::BlueprintActivationCommand(_) => ("blueprint".to_owned(), true),
+        LogMsg::SetStoreInfo(info) => Piece {
+            name: format!("store {:?}", info.info.store_id),
+            begins: info.info.store_id.is_recording(),
+            ..lasting
+        },
+        LogMsg::BlueprintActivationCommand(_) => Piece {
+            name: "blueprint".to_owned(),
+            ..lasting
+        },
         LogMsg::ArrowMsg(store, message) => {
             let Ok(chunk) = Chunk::from_arrow_msg(message) else {
-                return (String::new(), false);
+                return Piece::default();
             };
             if store.is_blueprint() {
-                return (format!("blueprint {}", chunk.id()), true);
+                return Piece {
+                    name: format!("blueprint {}", chunk.id()),
+                    ..lasting
+                };
             }
             let mut components: Vec<_> = chunk.components_identifiers().collect();
             components.sort();
-            let name = format!("{} {components:?}", chunk.entity_path());
-            (name, chunk.is_static())
+            let timeline = chunk.timelines().get(&TIMELINE.into());
+            Piece {
+                name: format!("{} {components:?}", chunk.entity_path()),
+                lasting: chunk.is_static(),
+                until: timeline.map(|times| 1e-9 * times.time_range().max().as_i64() as f64),
+                ..Piece::default()
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use std::{
     fs::File,
     io::BufReader,
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex},
     time::Instant,
 };
 
@@ -15,7 +15,10 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{APPLICATION, Output, RecordError, RerunSink, blueprint, demo, encode::Encoder, paths};
+use super::{
+    APPLICATION, Audience, Output, Piece, RecordError, RerunSink, blueprint, demo, encode::Encoder,
+    paths,
+};
 use crate::pipeline::{
     Delivery, Monitor, Sink,
     message::{AnalysisKind, Header, Health, JointInfo, Record, Subject},
@@ -85,6 +88,33 @@ fn record(path: &Path, duration: f64) {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
+}
+
+#[test]
+fn an_audience_is_told_how_far_each_piece_goes() {
+    struct Heard(Mutex<Vec<Piece>>);
+    impl Audience for Heard {
+        fn hear(&self, piece: Piece) {
+            self.0.lock().unwrap().push(piece);
+        }
+    }
+    let heard = Arc::new(Heard(Mutex::default()));
+    let mut sink = RerunSink::for_audience(Arc::clone(&heard) as _, demo::spec()).unwrap();
+    for record in demo::records(0.05) {
+        sink.accept(record).unwrap();
+    }
+    sink.finish().unwrap();
+    let pieces = heard.0.lock().unwrap();
+    assert!(pieces[0].begins && pieces[0].lasting);
+    let passing = pieces.iter().skip_while(|piece| piece.until.is_none());
+    assert!(passing.clone().count() > 100 && passing.clone().all(|piece| !piece.begins));
+    // What passes has a time, up to that of the last sample; what lasts has none.
+    for piece in pieces.iter() {
+        assert_eq!(piece.until.is_none(), piece.lasting, "{}", piece.name);
+    }
+    let last = pieces.iter().filter_map(|piece| piece.until);
+    let last = last.fold(0.0, f64::max);
+    assert!((last - 0.05).abs() < 1e-4, "{last}");
 }
 
 /// What is drawn at every look of the laboratory.

@@ -30,6 +30,11 @@ pub fn chromium() -> Option<PathBuf> {
         .find(|program| program.is_file())
 }
 
+/// How the page is, for whoever wonders why something does not come about.
+const STATE: &str = "({ seen: window.squeakscope?.host.seen(), bytes: window.squeakscope?.host.bytes, \
+     panicked: window.squeakscope?.host.handle?.has_panicked(), loading: \
+     document.getElementById('loading')?.textContent, panel: window.squeakscope?.state.panel })";
+
 /// A browser, which does not outlive its test.
 pub struct Browser {
     child: Child,
@@ -167,7 +172,10 @@ impl Browser {
             if holds {
                 return value;
             }
-            assert!(began.elapsed() < DEADLINE, "never: {script}, but {value}");
+            if began.elapsed() > DEADLINE {
+                let state = self.run(tab, STATE);
+                panic!("never: {script}, but {value}; {state:#}");
+            }
             std::thread::sleep(Duration::from_millis(50));
         }
     }
