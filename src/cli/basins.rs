@@ -6,10 +6,10 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::args::BasinsArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::report::{self, FileReport, Report, list_files};
+use super::study_args::BasinsArgs;
 use super::sweep::{
     Drawn, Files, Record, check_times, response_plan, tell, work_through, write_figures,
     write_recording, write_tables,
@@ -237,7 +237,7 @@ impl Report for BasinsReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::{ResponseArgs, SweepOutputs, WorkArgs};
+    use crate::cli::study_args::{ResponseArgs, SweepOutputs, WorkArgs};
 
     fn draw(title: &str, _: &[SweepPoint], found: &[Attractor]) -> Result<Drawn, Cause> {
         Ok(Drawn {

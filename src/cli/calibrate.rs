@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use super::args::CalibrateArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
+use super::study_args::CalibrateArgs;
 use crate::VERSION;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};

@@ -6,7 +6,6 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::args::CostArgs;
 use super::cost_report::CostReport;
 use super::error::{Cause, CliError};
 use super::interrupt;
@@ -14,6 +13,7 @@ use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport};
 use super::run::command_line;
+use super::study_args::CostArgs;
 use super::sweep::{Drawn, write_figures};
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
@@ -311,7 +311,7 @@ mod tests {
         let go = AtomicBool::new(false);
         let small = CostArgs {
             scene: Some("impact-oscillator".to_owned()),
-            only: vec![super::super::args::OneKnob::Nodes],
+            only: vec![super::super::study_args::OneKnob::Nodes],
             ..args(folder.path())
         };
         assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);

@@ -8,12 +8,12 @@ use std::sync::atomic::AtomicBool;
 use anstyle::Style;
 use serde::Serialize;
 
-use super::args::GrowthArgs;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
+use super::study_args::GrowthArgs;
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::scene::{DEFAULT_SCENE, Scene};

@@ -41,6 +41,7 @@ pub mod signal_report;
 pub mod sound_args;
 mod stability;
 mod steps;
+pub mod study_args;
 mod sweep;
 pub mod sweep_report;
 mod sweep_view;

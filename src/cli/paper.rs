@@ -9,11 +9,11 @@ use std::sync::atomic::AtomicBool;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
-use super::args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_directory};
 use super::report::{FileReport, Report, list_files};
+use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{
     Drawn, Files, Record, tell, work_through, write_figures, write_recording, write_tables,
 };

@@ -6,13 +6,15 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::args::{MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs};
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report};
 use super::run::command_line;
+use super::study_args::{
+    MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
+};
 use super::sweep_report::SweepReport;
 use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
 use crate::study::response::ResponsePlan;
