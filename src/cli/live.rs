@@ -24,7 +24,7 @@ use crate::scene::{DEFAULT_SCENE, Scene};
 /// The table that `sweep` writes unless told otherwise.
 const LAST_SWEEP: &str = "sweep.arrow";
 /// How often it is looked whether the run is to end.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+const LOOK_EVERY: Duration = Duration::from_millis(25);
 
 /// Runs the command.
 ///
@@ -98,7 +98,7 @@ fn steer(
     interrupt::work_begins();
     let running = start(session, keys)?;
     let mut terminal = match keys {
-        true => Some(Terminal::open().map_err(|fault| faulty(fault.into()))?),
+        true => Some(Terminal::open(page.map(Page::url)).map_err(|fault| faulty(fault.into()))?),
         false => {
             if stderr().is_terminal() {
                 report::print_warning("there are no keys here; Ctrl-C ends the run");
@@ -108,23 +108,21 @@ fn steer(
     };
     while !running.is_over() {
         let mut ended = stop.load(Ordering::Relaxed) || page.is_some_and(Page::is_over);
-        match &mut terminal {
-            Some(terminal) => {
-                let told = terminal.turn(session, LOOK_EVERY);
-                match told.map_err(|fault| faulty(fault.into()))? {
-                    super::terminal::Told::Nothing => {}
-                    super::terminal::Told::Quit => ended = true,
-                    super::terminal::Told::Interrupt => {
-                        stop.store(true, Ordering::Relaxed);
-                        ended = true;
-                    }
+        if let Some(terminal) = &mut terminal {
+            let told = terminal.turn(session);
+            match told.map_err(|fault| faulty(fault.into()))? {
+                super::terminal::Told::Nothing => {}
+                super::terminal::Told::Quit => ended = true,
+                super::terminal::Told::Interrupt => {
+                    stop.store(true, Ordering::Relaxed);
+                    ended = true;
                 }
             }
-            None => running.wait(LOOK_EVERY),
         }
         if ended {
             session.end();
         }
+        running.wait(LOOK_EVERY);
     }
     drop(terminal);
     Ok(running.end())

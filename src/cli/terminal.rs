@@ -1,6 +1,6 @@
 //! The controls of a live run in the terminal: keys, and the main numbers.
 
-use std::io;
+use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use ratatui::{DefaultTerminal, Frame};
 
-use crate::live::{Command, PACES, Panel, Session};
+use crate::live::{Command, HARD, PACES, Panel, Session};
 
 /// How much a key tilts, degrees; with Shift, five times as much.
 const NUDGE: f64 = 0.1;
@@ -42,6 +42,8 @@ pub(super) struct Terminal {
     refused: Option<String>,
     /// The tilt that was asked for last, degrees, and when: the panel shows it a moment later.
     aim: Option<(f64, Instant)>,
+    /// Where the page is, if there is one.
+    page: Option<String>,
 }
 
 impl Terminal {
@@ -49,23 +51,29 @@ impl Terminal {
     ///
     /// # Errors
     /// When it is none, or cannot be drawn on.
-    pub fn open() -> io::Result<Self> {
+    pub fn open(page: Option<String>) -> io::Result<Self> {
         Ok(Self {
             terminal: ratatui::try_init()?,
             refused: None,
             aim: None,
+            page,
         })
     }
 
-    /// Draws, and takes the keys that come within a time.
+    /// Draws, and takes a key if one has been pressed. A terminal that was closed ends the run as Ctrl-C does.
     ///
     /// # Errors
-    /// When the terminal is gone.
-    pub fn turn(&mut self, session: &Session, patience: Duration) -> io::Result<Told> {
+    /// When the terminal cannot be drawn on or read.
+    pub fn turn(&mut self, session: &Session) -> io::Result<Told> {
+        if !io::stdin().is_terminal() {
+            return Ok(Told::Interrupt);
+        }
         let panel = session.panel();
-        let refused = self.refused.as_deref();
-        self.terminal.draw(|frame| draw(frame, &panel, refused))?;
-        if !event::poll(patience)? {
+        let (refused, page) = (self.refused.as_deref(), self.page.as_deref());
+        self.terminal
+            .draw(|frame| draw(frame, &panel, page, refused))?;
+        // Never waited for here: the library would not come back from a terminal that is closed meanwhile.
+        if !event::poll(Duration::ZERO)? {
             return Ok(Told::Nothing);
         }
         let Event::Key(key) = event::read()? else {
@@ -149,7 +157,9 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
             ' ' if panel.paused => Asked::Command(Command::Resume),
             ' ' => Asked::Command(Command::Pause),
             '.' => Asked::Command(Command::Step),
-            'k' => Asked::Command(Command::Kick { mm_per_s: None }),
+            'k' => Asked::Command(Command::Kick {
+                mm_per_s: shift.then_some(HARD),
+            }),
             'r' => Asked::Command(Command::Reset),
             'e' => Asked::Command(Command::Neighbours {
                 follow: panel.neighbours != Some(true),
@@ -169,7 +179,7 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
 }
 
 /// Draws the panel.
-fn draw(frame: &mut Frame<'_>, panel: &Panel, refused: Option<&str>) {
+fn draw(frame: &mut Frame<'_>, panel: &Panel, page: Option<&str>, refused: Option<&str>) {
     let rows = Layout::vertical([
         Constraint::Length(3),
         Constraint::Length(8),
@@ -181,12 +191,16 @@ fn draw(frame: &mut Frame<'_>, panel: &Panel, refused: Option<&str>) {
         Span::from(format!(" {} ", panel.scene)).bold(),
         Span::from(panel.title.clone()),
     ]);
-    let head_block = Block::bordered().title(" squeakscope live ");
+    let head_title = match page {
+        Some(page) => format!(" squeakscope live: {page} "),
+        None => " squeakscope live ".to_owned(),
+    };
+    let head_block = Block::bordered().title(head_title);
     frame.render_widget(Paragraph::new(title).block(head_block), head);
     draw_numbers(frame, numbers, panel);
     draw_words(frame, words, panel, refused);
     let help = "←→ tilt (Shift: faster)  ↑↓ pace  1-4 slow motion..real time  space pause  . step  \
-                k kick  r reset  n/p scene  e neighbours  f record  q quit";
+                k kick (Shift: hard)  r reset  n/p scene  e neighbours  f record  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
 }
@@ -361,7 +375,14 @@ mod tests {
         for size in [(100, 30), (60, 20), (20, 5)] {
             let mut terminal = ratatui::Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
             terminal
-                .draw(|frame| draw(frame, &panel(), Some("the tilt must be less")))
+                .draw(|frame| {
+                    draw(
+                        frame,
+                        &panel(),
+                        Some("http://127.0.0.1:9180/"),
+                        Some("the tilt must be less"),
+                    )
+                })
                 .unwrap();
             let text = terminal.backend().to_string();
             if size.0 < 100 {
@@ -374,6 +395,7 @@ mod tests {
                 "4112.8 Hz",
                 "Looks like two tones",
                 "the tilt must be less",
+                "http://127.0.0.1:9180/",
             ] {
                 assert!(text.contains(part), "{part}:\n{text}");
             }

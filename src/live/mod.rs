@@ -29,4 +29,4 @@ pub use hub::{Bytes, Hub, Name, News, Ticket};
 pub use panel::{Event, Line, Panel};
 pub use running::Running;
 pub use server::{Page, Serving, bind};
-pub use session::{Command, KICKS, PACES, Plan, Refused, Session, Watcher};
+pub use session::{Command, HARD, KICKS, PACES, Plan, Refused, Session, Watcher};

@@ -101,7 +101,9 @@ impl Recorder {
                 self.begin(file);
             }
             Wanted::Nothing if open.is_some() => self.close(),
-            Wanted::File(_) | Wanted::Nothing => {}
+            // What was asked for while time stood still, and no longer is.
+            Wanted::Nothing => self.board.set_recording(None),
+            Wanted::File(_) => {}
         }
     }
 

@@ -87,6 +87,7 @@ struct Shared {
 pub struct Page {
     over: watch::Sender<bool>,
     serving: JoinHandle<std::io::Result<()>>,
+    url: String,
 }
 
 impl Page {
@@ -119,10 +120,16 @@ impl Page {
         std::thread::Builder::new()
             .name("bands".to_owned())
             .spawn(move || draw_bands(&session, swept, &tell, &still))?;
+        let url = format!("http://{}/", serving.address);
         let serving = std::thread::Builder::new()
             .name("page".to_owned())
             .spawn(move || serve(serving.listener, shared, ending))?;
-        Ok(Self { over, serving })
+        Ok(Self { over, serving, url })
+    }
+
+    /// Where it is.
+    pub fn url(&self) -> String {
+        self.url.clone()
     }
 
     /// Whether it is served no longer.

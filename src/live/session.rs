@@ -29,6 +29,8 @@ pub const PACES: [f64; 2] = [0.01, 1000.0];
 pub const KICKS: [f64; 2] = [1e-6, 1000.0];
 /// The kick if none is asked for, mm/s: seen, and small beside a squeak.
 const KICK: f64 = 1.0;
+/// A hard kick, mm/s: large beside a squeak, so that another tone may win.
+pub const HARD: f64 = 30.0;
 
 /// What may be asked of a session; from the page as JSON: `{"do": "tilt", "deg": 3.5}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -195,7 +197,6 @@ impl Session {
                 }
                 if let Some(next) = current.next.take() {
                     current.reach = reach(&next);
-                    current.early.clear();
                     current.scene = next;
                 }
                 let followed = current.scene.follows_neighbours();
@@ -210,6 +211,7 @@ impl Session {
             let reach = reach_deg.unwrap_or_default().map(f64::to_radians);
             let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
             self.board.begin(reach_deg, neighbours);
+            self.board.tell(0.0, format!("{} begins", scene.name));
             let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Scribe(Arc::clone(&self.board)))];
             match &mut output {
                 None => {
@@ -356,7 +358,9 @@ impl Session {
                 Order::End
             }
             Command::Record => {
-                self.switch.on();
+                // Told at once: while time stands still nothing is written yet.
+                let file = self.switch.on();
+                self.board.set_recording(Some(file.display().to_string()));
                 return Ok(());
             }
             Command::StopRecording => {
@@ -364,6 +368,13 @@ impl Session {
                 return Ok(());
             }
         };
+        if order == Order::End {
+            // What is asked for from now on is for the run that comes.
+            if let Some(helm) = current.helm.take() {
+                let _ = helm.order(order);
+            }
+            return Ok(());
+        }
         match current.helm.clone() {
             Some(helm) => {
                 drop(current);
@@ -371,14 +382,16 @@ impl Session {
                 let _ = helm.order(order);
             }
             // The run that is being made ready takes it.
-            None if order != Order::End => current.early.push(order),
-            None => {}
+            None => current.early.push(order),
         }
         Ok(())
     }
 
     /// The tilt asked for, rad, if it may be.
     fn tilt(&self, current: &Current, deg: f64) -> Result<f64, Refused> {
+        if current.next.is_some() {
+            return Err(Refused("another run is about to begin".to_owned()));
+        }
         let Some(reach) = current.reach else {
             let scene = &current.scene.name;
             return Err(Refused(format!("the scene `{scene}` has nothing to tilt")));
@@ -535,6 +548,25 @@ mod tests {
             assert!(session.obey(&Command::Tilt { deg: 2.0 }).is_err());
             obey(Command::Reset);
             until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
+        });
+    }
+
+    #[test]
+    fn what_is_asked_for_while_another_run_begins_is_for_that_run() {
+        steered("torus-3deg", |session| {
+            let obey = |command| session.obey(&command).unwrap();
+            obey(Command::Reset);
+            obey(Command::Pause);
+            let panel = until(session, |panel| panel.run == 2 && panel.paused);
+            assert!(panel.events.iter().any(|e| e.text == "torus-3deg begins"));
+            // Told at once, although nothing is written while time stands still.
+            obey(Command::Record);
+            assert!(session.panel().recording.is_some());
+            obey(Command::StopRecording);
+            obey(Command::Resume);
+            until(session, |panel| {
+                panel.run == 2 && panel.time_s > 0.0 && panel.recording.is_none()
+            });
         });
     }
 

@@ -173,7 +173,7 @@ pub(super) fn of_joint(
             sliding_speed,
             &[
                 ("as in the scene", &|v| law.coefficient(v)),
-                ("exchanged", &|v| {
+                ("the other way", &|v| {
                     let (creep, stribeck) = (law.stribeck, law.creep);
                     Stribeck {
                         creep,

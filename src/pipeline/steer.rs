@@ -145,7 +145,11 @@ impl Steered {
     }
 
     fn set_pace(&mut self, pace: f64) {
-        lock(&self.gait).pace = pace;
+        let mut gait = lock(&self.gait);
+        gait.pace = pace;
+        // What was reached at another pace says nothing.
+        gait.reached = None;
+        drop(gait);
         let samples = (pace * self.rate / FRAMES).round();
         let shown = Shown {
             pictures: (PICTURES / pace).min(self.rate),

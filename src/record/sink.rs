@@ -2,7 +2,7 @@
 
 use std::{
     fmt,
-    mem::ManuallyDrop,
+    mem::{self, ManuallyDrop},
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
@@ -300,6 +300,11 @@ impl Drop for RerunSink {
         }
         if let Some(feed) = self.end.feed() {
             feed.end();
+        }
+        // An audience never holds up anything, so that the stream's threads can be waited for.
+        if matches!(self.end, End::Audience(_)) {
+            let rec = ManuallyDrop::new(RecordingStream::disabled());
+            drop(ManuallyDrop::into_inner(mem::replace(&mut self.rec, rec)));
         }
     }
 }

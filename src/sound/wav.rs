@@ -69,21 +69,24 @@ impl WavSink {
             bits_per_sample: 24,
             sample_format: SampleFormat::Int,
         };
-        let loudest = self.sound.iter().fold(0.0, |m: f32, x| x.abs().max(m));
+        let fade = FADE * RATE as usize / 1000;
+        let count = self.sound.len();
+        let faded = |k: usize| {
+            let edge = k.min(count - 1 - k).min(fade) as f32 / fade as f32;
+            edge * self.sound[k]
+        };
+        let loudest = (0..count).fold(0.0, |m: f32, k| faded(k).abs().max(m));
         // Silence stays silence.
         let gain = if loudest > 0.0 {
             FULL * LOUDEST / loudest
         } else {
             0.0
         };
-        let fade = FADE * RATE as usize / 1000;
-        let count = self.sound.len();
         replace_file(&self.path, |file| {
             let mut bytes = Cursor::new(Vec::new());
             let mut writer = WavWriter::new(&mut bytes, spec).map_err(Error::other)?;
-            for (k, x) in self.sound.iter().enumerate() {
-                let edge = k.min(count - 1 - k).min(fade) as f32 / fade as f32;
-                let sample = (gain * edge * x).round() as i32;
+            for k in 0..count {
+                let sample = (gain * faded(k)).round() as i32;
                 writer.write_sample(sample).map_err(Error::other)?;
             }
             writer.finalize().map_err(Error::other)?;

@@ -24,7 +24,7 @@ function colour(kind) {
 }
 const NODE_COLOURS = ["#ffa53a", "#58a9ff", "#f2f5f7"];
 
-const state = { panel: null, refusedUntil: 0, dragging: false, pacing: false };
+const state = { panel: null, refusedUntil: 0, asked: null, askedUntil: 0, pacing: false };
 
 // ---- dark, or light for a projector in a bright room
 
@@ -73,6 +73,7 @@ function done() {
 }
 
 function refused(words) {
+  state.asked = null;
   $("refused").textContent = words;
   $("refused").hidden = false;
   state.refusedUntil = performance.now() + 4000;
@@ -163,8 +164,9 @@ function panel(told) {
   $("speed").textContent = `${told.speed_mm_s.toPrecision(3)} mm/s`;
   showNodes(told.nodes);
   if (told.words !== before?.words || told.lesson !== before?.lesson || told.run !== before?.run) {
-    const words = told.words || (told.lesson ? "" : told.about);
-    markdown($("words"), `${told.lesson}\n\n${words}`);
+    // The lesson itself stands in the viewer; here is what to look at.
+    const look = told.lesson.split("\n\n").find((part) => part.startsWith("**Look at**"));
+    markdown($("words"), `${told.words || (look ? "" : told.about)}\n\n${look ?? ""}`);
   }
   if (told.recording !== before?.recording) showRecording(told.recording);
   if (told.events.at(-1)?.number !== before?.events.at(-1)?.number) showEvents(told.events);
@@ -186,9 +188,17 @@ function showTilt(told, before) {
   if (told.run !== before?.run) {
     [slider.min, slider.max] = told.reach_deg;
   }
-  if (!state.dragging) slider.value = told.tilt_deg;
+  // What was asked for stands until it is there, or was refused.
+  const there = Math.abs(told.tilt_deg - state.asked) < 5e-3;
+  if (there || told.run !== before?.run || (!told.paused && performance.now() > state.askedUntil)) {
+    state.asked = null;
+  }
+  slider.value = state.asked ?? told.tilt_deg;
   $("tilt-now").textContent = `${Number(slider.value).toFixed(2)}°`;
 }
+
+// Two digits, without powers of ten.
+const short = (x) => `${Number(x.toPrecision(2))}`;
 
 function paceWords(msPerS) {
   if (msPerS >= 999.5) return "real time";
@@ -209,7 +219,7 @@ function showPace(told) {
     ? "time stands still"
     : slow
       ? `this machine reaches ${reached}${told.neighbours ? "; without neighbours it is faster" : ""}`
-      : `1 ms takes ${(1 / asked).toPrecision(2)} s`;
+      : `1 ms takes ${short(1 / asked)} s`;
 }
 
 function showNodes(nodes) {
@@ -228,6 +238,7 @@ function showNodes(nodes) {
 }
 
 function showEvents(events) {
+  $("latest").textContent = events.at(-1)?.text ?? "";
   $("events").replaceChildren(
     ...events.toReversed().slice(0, 6).map(({ time_s, text }) => {
       const item = document.createElement("li");
@@ -301,16 +312,34 @@ function inline(element, text) {
 let soundRate = 48000;
 let sound = null;
 
+let opening = false;
+
+function mute() {
+  const { socket, context } = sound;
+  sound = null;
+  socket.onclose = null;
+  socket.close();
+  context.close();
+  $("listen").setAttribute("aria-pressed", "false");
+  $("listen").textContent = "Listen";
+  $("heard").hidden = true;
+}
+
 async function listen() {
+  if (opening) return;
   if (sound) {
-    sound.socket.close();
-    await sound.context.close();
-    sound = null;
-    $("listen").setAttribute("aria-pressed", "false");
-    $("listen").textContent = "Listen";
-    $("heard").hidden = true;
+    mute();
     return;
   }
+  opening = true;
+  try {
+    await openSound();
+  } finally {
+    opening = false;
+  }
+}
+
+async function openSound() {
   const context = new AudioContext({ sampleRate: soundRate });
   await context.audioWorklet.addModule("/listen.js");
   const player = new AudioWorkletNode(context, "player", { outputChannelCount: [1] });
@@ -319,6 +348,8 @@ async function listen() {
   socket.binaryType = "arraybuffer";
   sound = { context, socket, samples: 0 };
   const mine = sound;
+  // A server that is gone plays no more.
+  socket.onclose = mute;
   socket.onmessage = (event) => {
     if (typeof event.data === "string") {
       heard(JSON.parse(event.data).heard);
@@ -336,28 +367,30 @@ async function listen() {
 
 function heard({ what, slower }) {
   const pitch =
-    slower < 1.02 ? "at its true pitch" : `${slower.toPrecision(2)} times slower, and so lower, than life`;
+    slower < 1.02 ? "at its true pitch" : `${short(slower)} times slower, and so lower, than life`;
   const hint = slower > 60 ? "; too low to hear: choose a faster pace" : "";
   $("heard").textContent = `${what}, ${pitch}, made as loud as it may be${hint}`;
 }
 
 // ---- hands
 
-const tilted = (deg) => ask({ do: "tilt", deg: Number(deg) });
+function tilted(deg) {
+  state.asked = Number(deg);
+  state.askedUntil = performance.now() + 2000;
+  ask({ do: "tilt", deg: state.asked });
+}
 const paced = (ms) => ask({ do: "pace", ms_per_s: Number(ms) });
+const HARD = 30;
+const kick = (event) => ask(event.shiftKey ? { do: "kick", mm_per_s: HARD } : { do: "kick" });
 const togglePause = () => ask({ do: state.panel?.paused ? "resume" : "pause" });
 const toggleNeighbours = () => ask({ do: "neighbours", follow: !state.panel?.neighbours });
 const toggleRecord = () => ask({ do: state.panel?.recording ? "stop-recording" : "record" });
 
 $("tilt").addEventListener("input", (event) => {
-  state.dragging = true;
   $("tilt-now").textContent = `${Number(event.target.value).toFixed(2)}°`;
   tilted(event.target.value);
 });
-$("tilt").addEventListener("change", (event) => {
-  tilted(event.target.value);
-  setTimeout(() => (state.dragging = false), 300);
-});
+$("tilt").addEventListener("change", (event) => tilted(event.target.value));
 $("pace").addEventListener("input", (event) => {
   state.pacing = true;
   paced(10 ** Number(event.target.value));
@@ -366,10 +399,14 @@ $("pace").addEventListener("change", () => setTimeout(() => (state.pacing = fals
 $("paces").addEventListener("click", (event) => {
   if (event.target.dataset.pace) paced(event.target.dataset.pace);
 });
-$("scene").addEventListener("change", (event) => ask({ do: "scene", name: event.target.value }));
+$("scene").addEventListener("change", (event) => {
+  ask({ do: "scene", name: event.target.value });
+  // Keys steer again.
+  event.target.blur();
+});
 $("pause").addEventListener("click", togglePause);
 $("step").addEventListener("click", () => ask({ do: "step" }));
-$("kick").addEventListener("click", () => ask({ do: "kick" }));
+$("kick").addEventListener("click", kick);
 $("reset").addEventListener("click", () => ask({ do: "reset" }));
 $("neighbours").addEventListener("change", toggleNeighbours);
 $("record").addEventListener("click", toggleRecord);
@@ -381,15 +418,13 @@ function nudge(by) {
   const [low, high] = panel.reach_deg;
   const deg = Math.min(high, Math.max(low, Number($("tilt").value) + by));
   $("tilt").value = deg;
-  state.dragging = true;
-  setTimeout(() => (state.dragging = false), 300);
   tilted(deg.toFixed(4));
 }
 
 const KEYS = {
   " ": togglePause,
   ".": () => ask({ do: "step" }),
-  k: () => ask({ do: "kick" }),
+  k: kick,
   r: () => ask({ do: "reset" }),
   m: listen,
   e: toggleNeighbours,
@@ -411,7 +446,8 @@ window.addEventListener(
   "keydown",
   (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target instanceof HTMLSelectElement) return;
+    const lists = ["ArrowUp", "ArrowDown", "Enter", " "];
+    if (event.target instanceof HTMLSelectElement && lists.includes(event.key)) return;
     if (event.target === $("pace") && event.key.startsWith("Arrow")) return;
     const step = event.shiftKey ? 0.5 : 0.1;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
@@ -420,7 +456,7 @@ window.addEventListener(
     if (!act) return;
     event.preventDefault();
     event.stopPropagation();
-    act();
+    act(event);
   },
   true,
 );

@@ -102,7 +102,12 @@ pub fn exponents(last: &Exponents) -> String {
 /// An exponent with its error, 1/s.
 pub(super) fn with_error(exponent: &Exponent) -> String {
     if exponent.half_width.is_finite() {
-        format!("{:.1} ± {:.1}", exponent.value, exponent.half_width)
+        let digits = if exponent.half_width < 0.1 { 2 } else { 1 };
+        let scale = 10f64.powi(digits);
+        // What is rounded to nothing has no sign.
+        let value = (scale * exponent.value).round() / scale + 0.0;
+        let digits = digits as usize;
+        format!("{value:.digits$} ± {:.digits$}", exponent.half_width)
     } else {
         format!("{:.1} (error not known)", exponent.value)
     }

@@ -317,7 +317,10 @@ impl Layout {
         blueprint.send(&stream, BlueprintActivation::default())?;
         let mut messages = Vec::new();
         let mut activation = None;
-        for message in storage.take() {
+        let sent = storage.take();
+        // Its storage holds the stream that holds it; torn apart, their threads end.
+        stream.disconnect();
+        for message in sent {
             match message {
                 LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
                 message if message.store_id().is_blueprint() => messages.push(message),
@@ -340,6 +343,7 @@ impl Layout {
             stream.log_serialized_batches(path, false, batches)?;
         }
         let properties = storage.take().into_iter();
+        stream.disconnect();
         messages.extend(properties.filter(|m| matches!(m, LogMsg::ArrowMsg(..))));
         rec.send_blueprint(messages, activation);
         Ok(())

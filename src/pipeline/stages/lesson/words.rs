@@ -221,7 +221,7 @@ fn exchanged_friction(computed: &Computed, measured: &Measured) -> Page {
         "the computed friction curves: at the dots one rises, one falls. *How loud it is* shows what that \
          comes to.",
     );
-    for (name, reading) in ["this run", "exchanged"]
+    for (name, reading) in ["this run", "the other way"]
         .into_iter()
         .zip(computed.readings.iter().flatten())
     {
@@ -507,14 +507,14 @@ fn chaos(measured: &Measured) -> Page {
     );
     let parted = last.and_then(|parting| Some(parting.saturated? - parting.start));
     page.measure(
-        "as far apart as the motion is large after",
+        "a tenth of the motion apart after",
         parted.map(|time| rounded(time, 2, "s")),
     );
     exponents(&mut page, measured, 1);
     page.says = match (grows, parted) {
         (Some(line), Some(time)) => Some(format!(
-            "A start known to {:.0e} foretells **{}**, no more. Known ten times better, it would foretell \
-             only {} longer.",
+            "A start known to {:.0e} of the motion foretells it to a tenth for **{}**, no more. Known ten \
+             times better, it would foretell only {} longer.",
             first.map_or(0.0, |first| first.distance),
             rounded(time, 2, "s"),
             rounded(10f64.ln() / line.rate, 2, "s")
