@@ -218,16 +218,14 @@ impl Session {
                     self.hub.begin();
                     let audience = Arc::clone(&self.hub) as _;
                     let viewer = RerunSink::for_audience(audience, scene.record);
-                    sinks.push(Box::new(Screen::new(
-                        viewer.map_err(|fault| sink(fault.into()))?,
-                    )));
+                    sinks.push(Box::new(Screen::new(viewer.map_err(sink)?)));
                     self.ear.follow(helm.clone());
                     sinks.push(Box::new(self.ear.tap()));
                 }
                 Some(output) => {
                     let notice = Arc::clone(notice);
                     let viewer = RerunSink::new(output, scene.record);
-                    let viewer = viewer.map_err(|fault| sink(fault.into()))?;
+                    let viewer = viewer.map_err(sink)?;
                     let viewer = viewer.with_notice(move |words| notice(words));
                     sinks.push(Box::new(Screen::new(viewer)));
                     // One viewer is enough for the whole session.
@@ -244,7 +242,7 @@ impl Session {
             if let Some(wav) = wav {
                 let header = run.header(&self.command);
                 let heard = WavSink::new(wav, self.source, &header, 1.0);
-                sinks.push(Box::new(heard.map_err(|fault| sink(fault.into()))?));
+                sinks.push(Box::new(heard.map_err(sink)?));
             }
             {
                 let mut current = self.current();
@@ -418,8 +416,8 @@ impl Session {
     }
 }
 
-fn sink(fault: SinkError) -> PipelineError {
-    PipelineError::Sink(fault)
+fn sink(fault: impl Into<SinkError>) -> PipelineError {
+    PipelineError::Sink(fault.into())
 }
 
 /// A number that is asked for, if it is within a range.

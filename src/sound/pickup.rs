@@ -85,20 +85,20 @@ impl Pickup {
                     scene: header.scene.clone(),
                 })?,
         };
-        Ok(Self {
-            quantity: source.quantity,
+        Ok(Self::aimed(source.quantity, aim))
+    }
+
+    fn aimed(quantity: Quantity, aim: Aim) -> Self {
+        Self {
+            quantity,
             aim,
             last: None,
-        })
+        }
     }
 
     /// Aims at the place that is to be heard, or at the probe of a run without a surface.
     pub fn wherever(source: Source, header: &Header) -> Self {
-        Self::new(source, header).unwrap_or_else(|_| Self {
-            quantity: source.quantity,
-            aim: probe(header),
-            last: None,
-        })
+        Self::new(source, header).unwrap_or_else(|_| Self::aimed(source.quantity, probe(header)))
     }
 
     /// What is heard, in a few words.
