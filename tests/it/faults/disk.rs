@@ -90,24 +90,41 @@ fn a_full_disk_is_told_of_samples_too() {
     );
 }
 
-/// What is left of the recording is told, though it is not what failed.
+/// Whichever of two files is full first, what is left of the recording is told. That depends on how long
+/// each waits for more of its kind.
 #[test]
-fn a_disk_that_is_full_of_samples_leaves_the_recording_to_be_found() {
+fn a_disk_that_is_full_of_samples_and_recording_leaves_the_recording_to_be_found() {
     let (folder, _) = desk();
     let outputs = ["--npz", "run.npz", "--save", "run.rrd"];
     let program = run(folder.path(), ENDLESS, &outputs);
-    // Samples are written as they come; what is recorded waits for more of its kind.
-    let ended = on_a_small_disk(1_500_000, &program).end();
-    ended.said(
-        1,
-        &["run.npz", "File too large", "can be opened", "run.rrd.part"],
-    );
+    let ended = on_a_small_disk(3_000_000, &program).end();
+    ended.said(1, &["File too large", "can be opened", "run.rrd.part"]);
     assert_eq!(names(folder.path()), ["run.rrd.part"]);
-    assert!(
-        !samples(&folder.path().join("run.rrd.part"))
-            .values
-            .is_empty()
+    let there = samples(&folder.path().join("run.rrd.part"));
+    assert!(!there.values.is_empty());
+}
+
+/// The same where it is not the recording that failed.
+#[test]
+fn a_disk_that_is_full_of_samples_leaves_the_recording_on_another_to_be_found() {
+    let (folder, _) = desk();
+    let outputs = ["--npz", "disk/run.npz", "--save", "run.rrd"];
+    let program = run(folder.path(), ENDLESS, &outputs);
+    let Some(running) = on_a_small_tmpfs("1m", &program, "true") else {
+        return;
+    };
+    running.end().said(
+        1,
+        &[
+            "disk/run.npz",
+            "No space left on device",
+            "can be opened",
+            "run.rrd.part",
+        ],
     );
+    assert_eq!(names(folder.path()), ["disk", "run.rrd.part"]);
+    let there = samples(&folder.path().join("run.rrd.part"));
+    assert!(!there.values.is_empty());
 }
 
 /// The index goes to the end of the file, when all else is there: a disk that is full then, too, keeps
@@ -119,45 +136,50 @@ fn a_disk_that_is_full_at_the_end_keeps_all_samples() {
     Running::start(short()).end().said(0, &[]);
     let (bytes, expected) = (size(&recording), samples(&recording).values.len());
     std::fs::remove_file(&recording).expect("removed");
-    // The index has some hundred kilobytes, and two runs are alike to a few.
-    let ended = on_a_small_disk(bytes - 16_000, &short()).end();
+    // The index has some 500 kilobytes, and two runs are alike to a few.
+    let ended = on_a_small_disk(bytes - 250_000, &short()).end();
     ended.said(1, &["File too large", "run.rrd.part"]);
     assert!(!recording.exists());
     let part = folder.path().join("run.rrd.part");
     assert_eq!(samples(&part).values.len(), expected);
 }
 
-/// A tmpfs of 3 MB, in a namespace of its own so that no mount is left behind. That takes root, or a
-/// system on which every user may make namespaces.
-#[test]
-fn a_full_tmpfs_ends_the_run_and_keeps_what_is_there() {
+/// A program with a tmpfs at `disk` in its folder, in a namespace of its own so that no mount is left
+/// behind, and what a shell does there after it. That takes root, or a system on which every user may
+/// make namespaces; `None` elsewhere.
+fn on_a_small_tmpfs(size: &str, program: &Command, after: &str) -> Option<Running> {
+    let folder = program.get_current_dir().expect("a folder");
     let namespace = |script: &str| {
         let mut unshare = Command::new("unshare");
         unshare.args(["--map-root-user", "--mount", "sh", "-c", script]);
+        unshare.current_dir(folder);
         unshare
     };
-    let (folder, _) = desk();
-    let (disk, kept) = (folder.path().join("disk"), folder.path().join("kept"));
-    for made in [&disk, &kept] {
-        std::fs::create_dir(made).expect("made");
-    }
-    let mount = format!("mount -t tmpfs -o size=3m none '{}'", disk.display());
+    std::fs::create_dir(folder.join("disk")).expect("made");
+    let mount = format!("mount -t tmpfs -o size={size} none disk");
     let allowed = namespace(&mount).output();
     if !allowed.is_ok_and(|output| output.status.success()) {
         eprintln!("not tested: no tmpfs can be mounted here, neither by root nor in a namespace");
-        return;
+        return None;
     }
-    let program = run(&disk, ENDLESS, &["--save", "disk/run.rrd"]);
-    // What is on the tmpfs goes with its namespace.
     let mut script = namespace(&format!(
-        "{mount} || exit 99; \"$@\"; code=$?; cp -R disk/. kept; exit $code"
+        "{mount} || exit 99; \"$@\"; code=$?; {after}; exit $code"
     ));
-    script
-        .arg("sh")
-        .arg(program.get_program())
-        .args(program.get_args())
-        .current_dir(folder.path());
-    let ended = Running::start(script).end();
+    let words = script.arg("sh").arg(program.get_program());
+    words.args(program.get_args());
+    Some(Running::start(script))
+}
+
+#[test]
+fn a_full_tmpfs_ends_the_run_and_keeps_what_is_there() {
+    let (folder, _) = desk();
+    let kept = folder.path().join("kept");
+    let program = run(folder.path(), ENDLESS, &["--save", "disk/run.rrd"]);
+    // What is on the tmpfs goes with its namespace.
+    let Some(running) = on_a_small_tmpfs("3m", &program, "cp -R disk kept") else {
+        return;
+    };
+    let ended = running.end();
     ended.said(
         1,
         &[
