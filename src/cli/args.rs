@@ -61,6 +61,11 @@ pub enum Command {
 
 /// Arguments of `squeakscope run`.
 #[derive(Debug, Default, Arguments)]
+#[command(
+    // Only a file can be heard of this command.
+    mut_arg("sound", |sound| sound.requires("wav")),
+    mut_arg("at", |at| at.requires("wav")),
+)]
 pub struct RunArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
     pub scene: Option<String>,
@@ -333,6 +338,11 @@ mod tests {
         assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
         assert_eq!(run.json, Some(PathBuf::from("out.json")));
         assert!(parse("squeakscope run --spawn --connect").is_err());
+        // Only a file can be heard.
+        for heard in ["--sound pressure", "--at 8,0,60", "--slower 10"] {
+            assert!(parse(&format!("squeakscope run {heard}")).is_err());
+            assert!(parse(&format!("squeakscope run --wav a.wav {heard}")).is_ok());
+        }
         assert!(parse("squeakscope stability --tilt -3:3:1").is_ok());
         assert!(parse("squeakscope model").is_err());
     }

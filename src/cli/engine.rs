@@ -70,10 +70,11 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     if let Some(path) = job.npz {
         sinks.push(Box::new(SamplesSink::new(path.to_owned())));
     }
+    let mut heard = None;
     if let Some((path, source, slower)) = job.wav {
         let header = simulation.header(job.command);
         let sink = WavSink::new(path.to_owned(), source, &header, slower)?;
-        (job.hears)(sink.words());
+        heard = Some((sink.words(), sink.loudest()));
         sinks.push(Box::new(sink));
     }
     let mut part = None;
@@ -89,6 +90,11 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     };
     let mut tee = Tee::new(sinks);
     let done = drive(simulation, job.command, &mut tee, monitor);
+    if let Some((what, loudest)) = heard
+        && let Some(loudest) = loudest.get()
+    {
+        (job.hears)(format!("{what}; the loudest is {loudest}"));
+    }
     done.map_err(|fault| {
         if let Some(part) = part {
             tell_part(&part, &fault, &job.notice);

@@ -54,7 +54,7 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
             let address = serving.address;
             let page = Page::open(serving, Arc::clone(&session), swept);
             let page = page.map_err(|fault| faulty(fault.into()))?;
-            report::print(&format!("the page: http://{address}/\n"))?;
+            report::print(&format!("the page: {}\n", page.url()))?;
             if !address.ip().is_loopback() {
                 report::print_warning("whoever reaches this address can watch and steer (--host)");
             }

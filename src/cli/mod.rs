@@ -33,6 +33,7 @@ mod model;
 mod output;
 pub mod paper;
 mod paper_captions;
+mod plain;
 mod progress;
 pub mod report;
 mod run;

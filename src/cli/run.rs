@@ -39,7 +39,7 @@ pub(super) struct Job<'a> {
     pub progress: &'a (dyn Fn(f64) + Sync),
     /// To be told what happens that is no error, in a line.
     pub notice: Teller,
-    /// To be told what is heard, in a few words, once.
+    /// To be told at the end what is heard and how loud, in a few words.
     pub hears: &'a dyn Fn(String),
 }
 

@@ -10,6 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use ratatui::{DefaultTerminal, Frame};
 
+use super::plain;
 use crate::live::{Command, HARD, PACES, Panel, Session};
 
 /// How much a key tilts, degrees; with Shift, five times as much.
@@ -18,6 +19,8 @@ const NUDGE: f64 = 0.1;
 const AIMED: Duration = Duration::from_millis(500);
 /// By how much a key changes the pace.
 const FASTER: f64 = 1.25;
+/// Lines that a key scrolls.
+const PAGE: u16 = 5;
 /// Contact nodes that stick, slip, are open: as in the recording.
 const NODES: [(Color, &str); 3] = [
     (Color::Rgb(255, 165, 58), "stick"),
@@ -44,6 +47,8 @@ pub(super) struct Terminal {
     aim: Option<(f64, Instant)>,
     /// Where the page is, if there is one.
     page: Option<String>,
+    /// Lines of the words above those that are seen, and the scene that they are of.
+    scrolled: (u16, String),
 }
 
 impl Terminal {
@@ -57,6 +62,7 @@ impl Terminal {
             refused: None,
             aim: None,
             page,
+            scrolled: Default::default(),
         })
     }
 
@@ -69,9 +75,13 @@ impl Terminal {
             return Ok(Told::Interrupt);
         }
         let panel = session.panel();
+        if self.scrolled.1 != panel.scene {
+            self.scrolled = (0, panel.scene.clone());
+        }
         let (refused, page) = (self.refused.as_deref(), self.page.as_deref());
+        let scrolled = &mut self.scrolled.0;
         self.terminal
-            .draw(|frame| draw(frame, &panel, page, refused))?;
+            .draw(|frame| draw(frame, &panel, page, refused, scrolled))?;
         // Never waited for here: the library would not come back from a terminal that is closed meanwhile.
         if !event::poll(Duration::ZERO)? {
             return Ok(Told::Nothing);
@@ -88,6 +98,9 @@ impl Terminal {
         match asked(key, &known, &session.scenes()) {
             Asked::Nothing => {}
             Asked::Told(told) => return Ok(told),
+            Asked::Scroll(lines) => {
+                self.scrolled.0 = self.scrolled.0.saturating_add_signed(lines);
+            }
             Asked::Command(command) => {
                 if let Command::Tilt { deg } = command {
                     self.aim = Some((deg, Instant::now()));
@@ -110,6 +123,8 @@ impl Drop for Terminal {
 enum Asked {
     Nothing,
     Told(Told),
+    /// To see words that are so many lines further down.
+    Scroll(i16),
     Command(Command),
 }
 
@@ -152,6 +167,8 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
         KeyCode::Right => tilt(1.0),
         KeyCode::Up => pace(1e3 * panel.pace * FASTER),
         KeyCode::Down => pace(1e3 * panel.pace / FASTER),
+        KeyCode::PageUp => Asked::Scroll(-(PAGE as i16)),
+        KeyCode::PageDown => Asked::Scroll(PAGE as i16),
         KeyCode::Char(letter) => match letter.to_ascii_lowercase() {
             'q' => Asked::Told(Told::Quit),
             ' ' if panel.paused => Asked::Command(Command::Resume),
@@ -178,8 +195,14 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
     }
 }
 
-/// Draws the panel.
-fn draw(frame: &mut Frame<'_>, panel: &Panel, page: Option<&str>, refused: Option<&str>) {
+/// Draws the panel, its words scrolled as far as there are any.
+fn draw(
+    frame: &mut Frame<'_>,
+    panel: &Panel,
+    page: Option<&str>,
+    refused: Option<&str>,
+    scrolled: &mut u16,
+) {
     let rows = Layout::vertical([
         Constraint::Length(3),
         Constraint::Length(8),
@@ -198,9 +221,13 @@ fn draw(frame: &mut Frame<'_>, panel: &Panel, page: Option<&str>, refused: Optio
     let head_block = Block::bordered().title(head_title);
     frame.render_widget(Paragraph::new(title).block(head_block), head);
     draw_numbers(frame, numbers, panel);
-    draw_words(frame, words, panel, refused);
+    let [words, events] =
+        Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]).areas(words);
+    draw_words(frame, words, panel, scrolled);
+    draw_events(frame, events, panel, refused);
     let help = "←→ tilt (Shift: faster)  ↑↓ pace  1-4 slow motion..real time  space pause  . step  \
-                k kick (Shift: hard)  r reset  n/p scene  e neighbours  f record  q quit";
+                k kick (Shift: hard)  r reset  n/p scene  e neighbours  f record  \
+                PgUp PgDn words  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
 }
@@ -277,24 +304,22 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
     frame.render_widget(Paragraph::new(sound).block(block), right);
 }
 
-fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<&str>) {
-    let [left, right] =
-        Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]).areas(area);
+fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, scrolled: &mut u16) {
     let words = match (panel.lesson.is_empty(), panel.words.is_empty()) {
         (false, _) => format!("{}\n\n{}", panel.lesson, panel.words),
         (true, false) => panel.words.clone(),
         (true, true) => panel.about.clone(),
     };
-    // The marks of Markdown are no help here.
-    let plain: String = words.replace("**", "").replace('`', "");
-    let lines = plain.lines().map(|line| match line.strip_prefix("## ") {
-        Some(heading) => Line::from(heading.to_owned()).bold(),
-        None => Line::from(line.to_owned()),
-    });
-    let seen = Paragraph::new(lines.collect::<Vec<_>>())
+    let lines = plain::lines(&words);
+    *scrolled = (*scrolled).min(lines.len().saturating_sub(1) as u16);
+    let seen = Paragraph::new(lines)
         .wrap(Wrap { trim: true })
+        .scroll((*scrolled, 0))
         .block(Block::bordered().title(" what you see "));
-    frame.render_widget(seen, left);
+    frame.render_widget(seen, area);
+}
+
+fn draw_events(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<&str>) {
     let mut lines: Vec<Line<'_>> = Vec::new();
     if let Some(why) = refused {
         lines.push(Line::from(why.to_owned()).red());
@@ -309,7 +334,7 @@ fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<
     let events = Paragraph::new(lines)
         .wrap(Wrap { trim: true })
         .block(Block::bordered().title(" events "));
-    frame.render_widget(events, right);
+    frame.render_widget(events, area);
 }
 
 #[cfg(test)]
@@ -368,11 +393,13 @@ mod tests {
         let interrupt = press(KeyCode::Char('c'), KeyModifiers::CONTROL);
         assert_eq!(interrupt, Asked::Told(Told::Interrupt));
         assert_eq!(press(KeyCode::Char('x'), none), Asked::Nothing);
+        assert_eq!(press(KeyCode::PageDown, none), Asked::Scroll(5));
     }
 
     #[test]
     fn the_main_numbers_are_drawn() {
-        for size in [(100, 30), (60, 20), (20, 5)] {
+        for (size, scrolled) in [((100, 30), 0), ((60, 20), 2), ((20, 5), 99)] {
+            let mut scrolled = scrolled;
             let mut terminal = ratatui::Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
             terminal
                 .draw(|frame| {
@@ -381,10 +408,12 @@ mod tests {
                         &panel(),
                         Some("http://127.0.0.1:9180/"),
                         Some("the tilt must be less"),
+                        &mut scrolled,
                     )
                 })
                 .unwrap();
             let text = terminal.backend().to_string();
+            assert!(scrolled <= 2, "three lines");
             if size.0 < 100 {
                 continue;
             }

@@ -15,6 +15,7 @@
 
 mod bands;
 mod ear;
+mod flow;
 mod hub;
 mod panel;
 mod recorder;

@@ -101,9 +101,7 @@ impl Recorder {
                 self.begin(file);
             }
             Wanted::Nothing if open.is_some() => self.close(),
-            // What was asked for while time stood still, and no longer is.
-            Wanted::Nothing => self.board.set_recording(None),
-            Wanted::File(_) => {}
+            Wanted::Nothing | Wanted::File(_) => {}
         }
     }
 
@@ -184,6 +182,12 @@ impl Sink for Recorder {
 
     fn delivery(&self) -> Delivery {
         Delivery::LatestPictures
+    }
+
+    /// What is asked for while time stands still is done then.
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.follow();
+        Ok(())
     }
 
     /// A recording ends with its run: the next one has another time.

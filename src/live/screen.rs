@@ -64,6 +64,11 @@ impl<S: Sink> Sink for Screen<S> {
         self.show_due(Instant::now())
     }
 
+    /// The latest pictures of a run that stands still are shown, too.
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.show_due(Instant::now())
+    }
+
     fn delivery(&self) -> Delivery {
         Delivery::LatestPictures
     }

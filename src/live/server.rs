@@ -11,8 +11,8 @@
 //! Whatever comes under a name that is not this server's, or from a page that it has not served, is refused: a
 //! page from elsewhere that is open in the same browser can neither read nor steer.
 
-use std::collections::{HashSet, VecDeque};
-use std::net::{IpAddr, SocketAddr};
+use std::collections::HashSet;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -32,17 +32,14 @@ use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 use tokio::sync::watch;
 
 use super::bands::Bands;
+use super::flow::Flow;
 use super::hub::{Name, News, Ticket};
-use super::session::{Command, KICKS, PACES, Session};
+use super::session::{Command, HARD, KICKS, PACES, Session};
 
 /// How often the panel is sent, if it has changed.
 const PANEL_EVERY: Duration = Duration::from_millis(50);
 /// Bytes of a message to a viewer, about.
 const MESSAGE: usize = 1 << 20;
-/// How long a viewer may take to show what it was sent; until it has seen it all, the rest is left out.
-const PATIENCE: Duration = Duration::from_millis(1500);
-/// How long a viewer is waited for that has seen nothing more; then it is tried again.
-const AT_REST: Duration = Duration::from_secs(10);
 /// Bytes of a command, at most.
 const LONGEST_COMMAND: usize = 1 << 12;
 /// Why a connection is closed that lags too far behind: the page connects anew.
@@ -80,6 +77,29 @@ struct Shared {
     viewer: &'static WebViewerData,
     address: SocketAddr,
     bands: watch::Receiver<Bands>,
+}
+
+/// An address that can be opened: one that stands for all of a machine's cannot.
+fn reachable(address: SocketAddr) -> SocketAddr {
+    if !address.ip().is_unspecified() {
+        return address;
+    }
+    // Addresses for documentation. Nothing is sent; it is only asked which way it would leave.
+    let (far, here): (IpAddr, IpAddr) = match address {
+        SocketAddr::V4(_) => (
+            Ipv4Addr::new(192, 0, 2, 1).into(),
+            Ipv4Addr::LOCALHOST.into(),
+        ),
+        SocketAddr::V6(_) => (
+            Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 1).into(),
+            Ipv6Addr::LOCALHOST.into(),
+        ),
+    };
+    let way = UdpSocket::bind((address.ip(), 0)).and_then(|socket| {
+        socket.connect((far, 9))?;
+        socket.local_addr()
+    });
+    SocketAddr::new(way.map_or(here, |way| way.ip()), address.port())
 }
 
 /// The page while it is served.
@@ -120,14 +140,14 @@ impl Page {
         std::thread::Builder::new()
             .name("bands".to_owned())
             .spawn(move || draw_bands(&session, swept, &tell, &still))?;
-        let url = format!("http://{}/", serving.address);
+        let url = format!("http://{}/", reachable(serving.address));
         let serving = std::thread::Builder::new()
             .name("page".to_owned())
             .spawn(move || serve(serving.listener, shared, ending))?;
         Ok(Self { over, serving, url })
     }
 
-    /// Where it is.
+    /// Where it is; if it is served on all addresses, where other machines find it.
     pub fn url(&self) -> String {
         self.url.clone()
     }
@@ -304,6 +324,7 @@ struct Welcome {
     scenes: Vec<[String; 2]>,
     paces: [f64; 2],
     kicks: [f64; 2],
+    hard_kick: f64,
     sound_rate: u32,
 }
 
@@ -328,6 +349,7 @@ async fn controlled(mut socket: WebSocket, shared: Arc<Shared>) {
         scenes: session.scenes(),
         paces: PACES,
         kicks: KICKS,
+        hard_kick: HARD,
         sound_rate: crate::sound::RATE,
     };
     let mut bands = shared.bands.clone();
@@ -471,70 +493,6 @@ struct Seen {
     seen: f64,
 }
 
-/// How far a viewer is behind what it was sent. One that says nothing of itself is taken to keep up.
-#[derive(Debug, Default)]
-struct Flow {
-    /// When something was sent, and up to which simulated time it tells, s; oldest first.
-    under_way: VecDeque<(Instant, f64)>,
-    /// Simulated time of the newest that is to be sent, and that has been seen, s.
-    newest: f64,
-    seen: f64,
-    /// Since when nothing is sent, or nothing more has been seen, until all that was sent has been.
-    waits: Option<Instant>,
-    speaks: bool,
-}
-
-impl Flow {
-    /// Another recording begins.
-    fn begin(&mut self) {
-        *self = Self {
-            speaks: self.speaks,
-            ..Self::default()
-        };
-    }
-
-    /// The next message has something of this time, s.
-    fn tells(&mut self, until: Option<f64>) {
-        self.newest = self.newest.max(until.unwrap_or(0.0));
-    }
-
-    fn sent(&mut self, now: Instant) {
-        let last = self.under_way.back().map_or(self.seen, |(_, last)| *last);
-        if self.speaks && self.newest > last {
-            self.under_way.push_back((now, self.newest));
-        }
-    }
-
-    fn saw(&mut self, now: Instant, time: f64) {
-        self.speaks = true;
-        if time != self.seen && self.waits.is_some() {
-            self.waits = Some(now);
-        }
-        self.seen = time;
-        // A nanosecond is lost where times are rounded.
-        let is_seen = |(_, until): &(Instant, f64)| *until <= time + 1e-8;
-        while self.under_way.front().is_some_and(is_seen) {
-            self.under_way.pop_front();
-        }
-        if self.under_way.is_empty() {
-            self.waits = None;
-        }
-    }
-
-    fn is_behind(&mut self, now: Instant) -> bool {
-        let late = |(sent, _): &(Instant, f64)| now > *sent + PATIENCE;
-        match self.waits {
-            Some(since) if now > since + AT_REST => {
-                self.under_way.clear();
-                self.waits = None;
-            }
-            None if self.under_way.front().is_some_and(late) => self.waits = Some(now),
-            Some(_) | None => {}
-        }
-        self.waits.is_some()
-    }
-}
-
 async fn sound(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
     upgrade.on_upgrade(move |socket| played(socket, shared))
 }
@@ -646,41 +604,16 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_that_lags_is_spared_until_it_has_caught_up() {
-        let mut flow = Flow::default();
-        let began = Instant::now();
-        let at = |seconds| began + Duration::from_secs_f64(seconds);
-        let sent = |flow: &mut Flow, when, until| {
-            flow.tells(Some(until));
-            flow.sent(at(when));
-        };
-        // Before it has said anything, it keeps up.
-        sent(&mut flow, 0.0, 1.0);
-        assert!(!flow.is_behind(at(99.0)));
-        flow.saw(at(99.0), 1.0);
-        sent(&mut flow, 100.0, 2.0);
-        sent(&mut flow, 101.0, 2.1);
-        assert!(!flow.is_behind(at(101.0)));
-        assert!(flow.is_behind(at(102.0)));
-        // What holds at all times goes on meanwhile, and is not waited for.
-        flow.tells(None);
-        flow.sent(at(102.0));
-        flow.saw(at(102.1), 2.05);
-        assert!(flow.is_behind(at(102.1)), "not all of it");
-        flow.saw(at(102.2), 2.1);
-        assert!(!flow.is_behind(at(102.2)));
-        // One that sees no more is tried again some time.
-        sent(&mut flow, 103.0, 3.0);
-        assert!(flow.is_behind(at(105.0)));
-        flow.saw(at(110.0), 2.5);
-        assert!(flow.is_behind(at(119.0)));
-        assert!(!flow.is_behind(at(121.0)));
-        // Another recording begins at zero.
-        sent(&mut flow, 122.0, 4.0);
-        flow.begin();
-        sent(&mut flow, 123.0, 0.1);
-        flow.saw(at(124.0), 0.1);
-        assert!(!flow.is_behind(at(130.0)));
+    fn all_addresses_are_none_to_open() {
+        for all in ["0.0.0.0:9000", "[::]:9000"] {
+            let found = reachable(all.parse().unwrap());
+            assert!(
+                !found.ip().is_unspecified() && found.port() == 9000,
+                "{found}"
+            );
+        }
+        let one = "127.0.0.1:9000".parse().unwrap();
+        assert_eq!(reachable(one), one);
     }
 
     #[test]

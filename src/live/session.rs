@@ -212,7 +212,7 @@ impl Session {
             let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
             self.board.begin(reach_deg, neighbours);
             self.board.tell(0.0, format!("{} begins", scene.name));
-            let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Scribe(Arc::clone(&self.board)))];
+            let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
             match &mut output {
                 None => {
                     self.hub.begin();
@@ -244,6 +244,8 @@ impl Session {
                 let heard = WavSink::new(wav, self.source, &header, 1.0);
                 sinks.push(Box::new(heard.map_err(sink)?));
             }
+            // Last: what the panel tells is then in every file.
+            sinks.push(Box::new(Scribe(Arc::clone(&self.board))));
             {
                 let mut current = self.current();
                 // What was asked for meanwhile is not lost.
@@ -356,9 +358,7 @@ impl Session {
                 Order::End
             }
             Command::Record => {
-                // Told at once: while time stands still nothing is written yet.
-                let file = self.switch.on();
-                self.board.set_recording(Some(file.display().to_string()));
+                self.switch.on();
                 return Ok(());
             }
             Command::StopRecording => {
@@ -557,14 +557,13 @@ mod tests {
             obey(Command::Pause);
             let panel = until(session, |panel| panel.run == 2 && panel.paused);
             assert!(panel.events.iter().any(|e| e.text == "torus-3deg begins"));
-            // Told at once, although nothing is written while time stands still.
+            // Done although time stands still.
             obey(Command::Record);
-            assert!(session.panel().recording.is_some());
+            until(session, |panel| panel.recording.is_some());
             obey(Command::StopRecording);
+            until(session, |panel| panel.recording.is_none());
             obey(Command::Resume);
-            until(session, |panel| {
-                panel.run == 2 && panel.time_s > 0.0 && panel.recording.is_none()
-            });
+            until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
         });
     }
 

@@ -6,6 +6,7 @@ pub use super::computed::{
     Computed, ComputedCurve, ComputedMode, ComputedPicture, Coupling, FrictionReading,
 };
 pub use super::course::{Course, TiltedTone, Way};
+pub use super::outline::{Outline, vertex_normals};
 use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, Tally};
 
@@ -255,17 +256,6 @@ pub struct ModeInfo {
     pub label: String,
     /// Natural frequency used, Hz.
     pub frequency_hz: f64,
-}
-
-/// The body's surface as a triangle mesh whose vertices carry the mode shapes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outline {
-    /// Vertices at rest, from the ball's centre, m.
-    pub vertices: Vec<[f64; 3]>,
-    /// Triangles, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-    /// Mode shapes, `vertices x modes`, row-major, 1/sqrt(kg).
-    pub shapes: Vec<[f64; 3]>,
 }
 
 /// What is known before the first frame.

@@ -10,6 +10,7 @@ mod flow_tests;
 mod health;
 pub mod message;
 mod outlet;
+mod outline;
 mod playback;
 mod prepare;
 mod run;

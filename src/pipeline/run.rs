@@ -4,9 +4,9 @@ use std::any::Any;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 use std::thread::{Scope, ScopedJoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
 use super::analyse::Analyser;
 use super::health::HealthMeter;
@@ -19,6 +19,8 @@ use crate::scene::Scene;
 const FRAMES_WAITING: usize = 8;
 /// Records that may wait between analysis and recorder.
 const RECORDS_WAITING: usize = 64;
+/// How long no record comes before the sink is told.
+const IDLE: Duration = Duration::from_millis(100);
 
 /// A run as seen from outside: told how far it is, and able to stop it.
 #[derive(Clone, Copy)]
@@ -161,10 +163,15 @@ fn record(
     header: Record,
     records: Receiver<Record>,
 ) -> Result<(), PipelineError> {
-    std::iter::once(header)
-        .chain(records)
-        .try_for_each(|record| sink.accept(record))
-        .map_err(PipelineError::Sink)
+    let mut taken = sink.accept(header);
+    loop {
+        taken.map_err(PipelineError::Sink)?;
+        taken = match records.recv_timeout(IDLE) {
+            Ok(record) => sink.accept(record),
+            Err(RecvTimeoutError::Timeout) => sink.idle(),
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+    }
 }
 
 fn spawn<'scope, 'env, T: Send + 'scope>(

@@ -29,6 +29,14 @@ pub trait Sink: Send {
         Delivery::Everything
     }
 
+    /// Called now and then while no record comes, as when a steered run stands still.
+    ///
+    /// # Errors
+    /// As [`Sink::accept`].
+    fn idle(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
     /// Called once after the last record: flush all that is pending.
     ///
     /// # Errors
@@ -67,6 +75,10 @@ impl Sink for Tee {
         self.sinks
             .iter_mut()
             .try_for_each(|sink| sink.accept(record.clone()))
+    }
+
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.sinks.iter_mut().try_for_each(|sink| sink.idle())
     }
 
     fn delivery(&self) -> Delivery {

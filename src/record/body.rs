@@ -9,7 +9,7 @@ use super::{
     paths, stream,
     style::{self, ColorMap, FullScale, Quantity},
 };
-use crate::pipeline::message::{Frame, JointInfo, Outline};
+use crate::pipeline::message::{Frame, JointInfo, Outline, vertex_normals};
 
 /// Vertices sent in one go, over all pictures of the batch.
 const BATCH_VERTICES: usize = 40_000;
@@ -53,7 +53,10 @@ impl Body {
                 paths::BODY,
                 &Mesh3D::update_fields()
                     .with_triangle_indices(outline.triangles.iter().copied())
-                    .with_vertex_normals(vertex_normals(&outline.vertices, &outline.triangles)),
+                    .with_vertex_normals(in_single(&vertex_normals(
+                        &outline.vertices,
+                        &outline.triangles,
+                    ))),
             )?;
         }
         draw_rotation(rec, joint)?;
@@ -170,28 +173,9 @@ fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
     }
 }
 
-/// Unit normals at the vertices, weighted by the areas of the triangles that meet there.
-pub(super) fn vertex_normals(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
-    let mut normals = vec![[0.0; 3]; vertices.len()];
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| vertices[v as usize]);
-        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-        let cross = [
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        ];
-        for &corner in triangle {
-            for (sum, part) in normals[corner as usize].iter_mut().zip(cross) {
-                *sum += part;
-            }
-        }
-    }
-    let unit = |n: [f64; 3]| {
-        let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
-        n.map(|c| (c / length.max(f64::MIN_POSITIVE)) as f32)
-    };
-    normals.into_iter().map(unit).collect()
+/// Vectors as they are drawn.
+pub(super) fn in_single(vectors: &[[f64; 3]]) -> impl Iterator<Item = [f32; 3]> {
+    vectors.iter().map(|v| v.map(|c| c as f32))
 }
 
 /// The axis that the ball turns about.
@@ -216,27 +200,6 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn normals_of_a_tetrahedron_point_outwards() {
-        let outline = Outline {
-            vertices: vec![
-                [1.0, 1.0, 1.0],
-                [1.0, -1.0, -1.0],
-                [-1.0, 1.0, -1.0],
-                [-1.0, -1.0, 1.0],
-            ],
-            triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
-            shapes: Vec::new(),
-        };
-        for (normal, vertex) in vertex_normals(&outline.vertices, &outline.triangles)
-            .iter()
-            .zip(&outline.vertices)
-        {
-            let cosine: f64 = (0..3).map(|i| f64::from(normal[i]) * vertex[i]).sum();
-            assert!((cosine / 3f64.sqrt() - 1.0).abs() < 1e-6);
-        }
-    }
 
     #[test]
     fn displacement_sums_shapes() {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::pipeline::message::{Frame, Header, Outline};
+use crate::pipeline::message::{Frame, Header, Outline, vertex_normals};
 
 /// What of a motion is heard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,6 +122,18 @@ impl Pickup {
         }
     }
 
+    /// So much of what is heard, with its unit.
+    pub fn amount(&self, heard: f32) -> String {
+        let (amount, unit) = match self.quantity {
+            Quantity::Velocity => (1e3 * heard, "mm/s"),
+            Quantity::Pressure => (heard, "m/s^2"),
+        };
+        match amount {
+            0.1..1e4 => format!("{amount:.1} {unit}"),
+            _ => format!("{amount:.1e} {unit}"),
+        }
+    }
+
     /// What is heard of a frame: a number a sample, m/s or m/s^2.
     pub fn hear<'a>(&'a mut self, frame: &'a Frame) -> impl Iterator<Item = f64> + 'a {
         let Self {
@@ -161,35 +173,11 @@ fn nearest(outline: &Outline, point: [f64; 3]) -> Option<Aim> {
     let away = |at: &[f64; 3]| (0..3).map(|i| (at[i] - point[i]).powi(2)).sum::<f64>();
     let vertices = outline.vertices.iter().enumerate();
     let (k, &at) = vertices.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;
-    let normal = normal(outline, k);
+    let normal = vertex_normals(&outline.vertices, &outline.triangles)[k];
     let modes = outline.shapes.len() / outline.vertices.len();
     let shapes = &outline.shapes[k * modes..][..modes];
     let row = shapes.iter().map(|shape| dot(normal, *shape)).collect();
     Some(Aim::Surface { at, row })
-}
-
-/// The outward normal of a surface at a vertex: the mean of its triangles', by their areas.
-fn normal(outline: &Outline, vertex: usize) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for triangle in &outline.triangles {
-        if !triangle.contains(&(vertex as u32)) {
-            continue;
-        }
-        let [a, b, c] = triangle.map(|k| outline.vertices[k as usize]);
-        let (u, v): ([f64; 3], [f64; 3]) = (
-            std::array::from_fn(|i| b[i] - a[i]),
-            std::array::from_fn(|i| c[i] - a[i]),
-        );
-        for (i, total) in sum.iter_mut().enumerate() {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            *total += u[j] * v[k] - u[k] * v[j];
-        }
-    }
-    let length = dot(sum, sum).sqrt();
-    match length > 0.0 {
-        true => sum.map(|x| x / length),
-        false => sum,
-    }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

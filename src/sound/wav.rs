@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Error, Write};
 use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 use hound::{SampleFormat, WavSpec, WavWriter};
 
@@ -29,6 +30,7 @@ pub struct WavSink {
     sound: Vec<f32>,
     /// Simulated time so far, s.
     time: f64,
+    loudest: Arc<OnceLock<String>>,
 }
 
 impl WavSink {
@@ -49,12 +51,19 @@ impl WavSink {
             resampler: Some(Resampler::new(header.sample_rate / slower)),
             sound: Vec::new(),
             time: 0.0,
+            loudest: Arc::default(),
         })
     }
 
     /// What is heard, in a few words.
     pub fn words(&self) -> String {
         self.pickup.words()
+    }
+
+    /// What the loudest sample stands for, with its unit; from the end of the run on. The file does not tell: a
+    /// motion that is dying out is as loud there as a squeak.
+    pub fn loudest(&self) -> Arc<OnceLock<String>> {
+        Arc::clone(&self.loudest)
     }
 
     /// Sound that comes to a time of the run, samples.
@@ -76,6 +85,7 @@ impl WavSink {
             edge * self.sound[k]
         };
         let loudest = (0..count).fold(0.0, |m: f32, k| faded(k).abs().max(m));
+        let _ = self.loudest.set(self.pickup.amount(loudest));
         // Silence stays silence.
         let gain = if loudest > 0.0 {
             FULL * LOUDEST / loudest

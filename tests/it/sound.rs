@@ -4,11 +4,11 @@ use std::path::Path;
 
 use assert_cmd::Command;
 
-/// A WAV file, samples of full scale 1.
-struct Heard(Vec<f64>);
+/// A WAV file, samples of full scale 1, and what its loudest stands for.
+struct Heard(Vec<f64>, f64);
 
 impl Heard {
-    fn read(path: &Path) -> Self {
+    fn read(path: &Path, stands_for: f64) -> Self {
         let mut wav = hound::WavReader::open(path).expect("a WAV file");
         let spec = wav.spec();
         assert_eq!(
@@ -21,6 +21,7 @@ impl Heard {
             samples
                 .map(|x| f64::from(x.expect("a sample")) / full)
                 .collect(),
+            stands_for,
         )
     }
 
@@ -78,8 +79,17 @@ fn hear(options: &[&str]) -> (Heard, String) {
     assert!(!desk.path().join("squeak.rrd").exists());
     let json = std::fs::read(desk.path().join("run.json")).expect("written");
     let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
-    let heard = json["heard"].as_str().expect("told").to_owned();
-    (Heard::read(&desk.path().join("squeak.wav")), heard)
+    let (heard, loudest) = json["heard"]
+        .as_str()
+        .and_then(|heard| heard.split_once("; the loudest is "))
+        .expect("told");
+    let (loudest, unit) = loudest.split_once(' ').expect("a unit");
+    let of_pressure = options.contains(&"pressure");
+    assert_eq!(unit, if of_pressure { "m/s^2" } else { "mm/s" });
+    let loudest: f64 = loudest.parse().expect("a number");
+    let loudest = if of_pressure { loudest } else { 1e-3 * loudest };
+    let heard = heard.to_owned();
+    (Heard::read(&desk.path().join("squeak.wav"), loudest), heard)
 }
 
 #[test]
@@ -92,6 +102,7 @@ fn a_tone_is_heard_at_its_pitch_or_lower_where_it_is_slower() {
     assert!((pitch - 4111.0).abs() < 5.0, "{pitch} Hz");
 
     let (slow, _) = hear(&["--slower", "10"]);
+    assert!((slow.1 / life.1 - 1.0).abs() < 0.2, "as loud as in life");
     assert_eq!(slow.0.len(), 38_400);
     let pitch = slow.pitch(390.0, 430.0, 19_200);
     assert!((pitch - 411.1).abs() < 0.5, "{pitch} Hz");
@@ -114,6 +125,9 @@ fn pressure_weighs_a_line_by_its_frequency() {
     );
     let gained = ratio(&pressure) / ratio(&velocity);
     assert!((gained - 3.0).abs() < 0.1, "{gained}");
+    // In one unit of time, and with harmonics that weigh more.
+    let gained = pressure.1 / velocity.1 / (std::f64::consts::TAU * 4111.0);
+    assert!((1.0..3.0).contains(&gained), "{gained}");
 }
 
 #[test]

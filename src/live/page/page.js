@@ -83,6 +83,7 @@ function refused(words) {
 // ---- what is told once
 
 let scenes = [];
+let hardKick = null;
 
 function welcome(told) {
   scenes = told.scenes.map(([name]) => name);
@@ -90,6 +91,7 @@ function welcome(told) {
     ...told.scenes.map(([name, title]) => new Option(`${name}: ${title}`, name)),
   );
   soundRate = told.sound_rate;
+  hardKick = told.hard_kick;
 }
 
 let bandsNow = { source: "", at: [] };
@@ -380,8 +382,8 @@ function tilted(deg) {
   ask({ do: "tilt", deg: state.asked });
 }
 const paced = (ms) => ask({ do: "pace", ms_per_s: Number(ms) });
-const HARD = 30;
-const kick = (event) => ask(event.shiftKey ? { do: "kick", mm_per_s: HARD } : { do: "kick" });
+const kick = (event) =>
+  ask({ do: "kick", ...(event.shiftKey && { mm_per_s: hardKick }) });
 const togglePause = () => ask({ do: state.panel?.paused ? "resume" : "pause" });
 const toggleNeighbours = () => ask({ do: "neighbours", follow: !state.panel?.neighbours });
 const toggleRecord = () => ask({ do: state.panel?.recording ? "stop-recording" : "record" });

@@ -4,8 +4,9 @@
 use rerun::{LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
 
 use super::view::BodyView;
+use crate::pipeline::message::vertex_normals;
 use crate::record::{
-    body::vertex_normals,
+    body::in_single,
     error::RecordError,
     paths,
     style::{self, ColorMap},
@@ -52,7 +53,7 @@ pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
         });
         let mesh = Mesh3D::new(drawn)
             .with_triangle_indices(outline.triangles.iter().copied())
-            .with_vertex_normals(normals)
+            .with_vertex_normals(in_single(&normals))
             .with_vertex_colors(colors);
         rec.log_static(paths::mode_shape(place), &mesh)?;
         axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));

@@ -260,6 +260,29 @@ fn a_recording_made_on_the_way_holds_its_events() {
     );
 }
 
+/// Who stops to show a file to the class need not go on for it.
+#[test]
+fn a_recording_ends_while_time_stands_still() {
+    let live = Live::start("torus-3deg", &[]);
+    let mut control = live.socket("/control");
+    assert_eq!(control.ask(&json!({ "do": "record" })), None);
+    control.panel(|panel| panel["time_s"].as_f64() > Some(0.002));
+    assert_eq!(control.ask(&json!({ "do": "pause" })), None);
+    control.panel(|panel| panel["paused"] == true);
+    assert_eq!(control.ask(&json!({ "do": "stop-recording" })), None);
+    control.panel(|panel| panel["recording"].is_null());
+    let file = live.folder().join("live-1.rrd");
+    let times = read_series(&file, Some(paths::DISPLACEMENT)).unwrap().times;
+    assert!(times.len() > 100, "{}", times.len());
+    // Another may begin, and has what was known before.
+    assert_eq!(control.ask(&json!({ "do": "record" })), None);
+    control.panel(|panel| panel["recording"].is_string());
+    assert_eq!(control.ask(&json!({ "do": "step" })), None);
+    assert_eq!(control.ask(&json!({ "do": "stop-recording" })), None);
+    control.panel(|panel| panel["recording"].is_null());
+    assert!(live.folder().join("live-2.rrd").exists());
+}
+
 #[test]
 fn what_cannot_be_served_is_told_before_any_work() {
     let live = Live::start("mass-on-belt", &[]);
