@@ -22,6 +22,8 @@ pub struct Computed {
     pub modes: Vec<ComputedMode>,
     /// The lowest natural frequency, without contact and friction, Hz.
     pub natural_hz: f64,
+    /// The tilt that it holds for, rad; `None` of what has no tilt.
+    pub tilt: Option<f64>,
     /// Sliding speed of steady sliding, m/s.
     pub sliding_speed: f64,
     /// How the run is kicked.
@@ -190,6 +192,7 @@ pub(super) fn of_joint(
         mechanism,
         modes,
         natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
+        tilt: Some(tilt),
         sliding_speed,
         start: scene.start,
         readings,
@@ -208,6 +211,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
         mechanism,
         modes: Vec::new(),
         natural_hz: 0.0,
+        tilt: None,
         sliding_speed: 0.0,
         start: scene.start,
         readings: None,

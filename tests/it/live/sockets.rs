@@ -260,6 +260,26 @@ fn a_recording_made_on_the_way_holds_its_events() {
     );
 }
 
+/// What was computed before the run is not passed off as that of another tilt.
+#[test]
+fn a_lesson_says_that_the_tilt_is_another() {
+    let live = Live::start("mode-shift-3.5deg", &["--pace", "200"]);
+    let mut control = live.socket("/control");
+    let says = |panel: &serde_json::Value, words: &str| {
+        let lesson = panel["lesson"].as_str();
+        lesson.is_some_and(|lesson| lesson.contains(words))
+    };
+    let first = control.panel(|panel| says(panel, "computed"));
+    assert!(!says(&first, "is tilted to"), "{first}");
+    assert_eq!(control.ask(&tilt(5.0)), None);
+    control.panel(|panel| {
+        says(
+            panel,
+            "tilted to **5.0°** now; what was computed holds for 3.5°",
+        )
+    });
+}
+
 /// Who stops to show a file to the class need not go on for it.
 #[test]
 fn a_recording_ends_while_time_stands_still() {

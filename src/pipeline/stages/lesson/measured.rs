@@ -33,6 +33,8 @@ pub struct Measured {
     pub parting: Option<[Parting; 2]>,
     /// The last exponents.
     pub exponents: Option<Exponents>,
+    /// The tilt now, rad.
+    pub tilt: Option<f64>,
     dt: f64,
     /// Next snapshot and energy of the present frame.
     next: [usize; 2],
@@ -66,6 +68,7 @@ impl Measured {
             tilts: (computed.mechanism == Mechanism::Hysteresis).then(|| Tilts::new(window)),
             parting: None,
             exponents: None,
+            tilt: None,
             dt: 1.0 / header.sample_rate,
             next: [0; 2],
         }
@@ -95,6 +98,7 @@ impl Measured {
     /// Begins a frame, whose samples follow.
     pub fn enter(&mut self, frame: &Frame) {
         self.next = [0; 2];
+        self.tilt = Some(frame.tilt);
         if let Some(tilts) = &mut self.tilts {
             tilts.enter(frame.t0, frame.tilt);
         }

@@ -61,11 +61,8 @@ impl Tilts {
             return None;
         }
         let so_far = &self.course[..so_far];
-        let tilt = so_far[so_far.len() - 1][1];
-        let highest = so_far
-            .iter()
-            .fold(f64::NEG_INFINITY, |a, [_, tilt]| a.max(*tilt));
-        let way = if tilt < highest { Way::Down } else { Way::Up };
+        let [before, tilt] = [2, 1].map(|back| so_far[so_far.len() - back][1]);
+        let way = if tilt < before { Way::Down } else { Way::Up };
         let heard = TiltedTone {
             tilt,
             way,
@@ -126,11 +123,20 @@ impl Tilts {
         })
     }
 
-    /// Whether it is on its way down.
-    pub fn comes_down(&self) -> bool {
-        self.heard
-            .last()
-            .is_some_and(|heard| heard.way == Way::Down)
+    /// Whether it has come down, be it a little.
+    pub fn has_come_down(&self) -> bool {
+        self.heard.iter().any(|heard| heard.way == Way::Down)
+    }
+
+    /// The last change on the way up, and the change back on the way down after it, at a smaller tilt.
+    pub fn last_loop(&self) -> [Option<&Change>; 2] {
+        let is_up = |change: &Change| change.to.way == Way::Up;
+        let Some(last) = self.changes.iter().rposition(is_up) else {
+            return [None; 2];
+        };
+        let up = &self.changes[last];
+        let back = self.changes[last + 1..].first();
+        [Some(up), back.filter(|down| down.to.tilt < up.to.tilt)]
     }
 }
 
@@ -165,7 +171,26 @@ mod tests {
         let down: Vec<_> = tilts.on(Way::Down).map(|change| change.to.tilt).collect();
         assert_eq!((up, down), (vec![8.0], vec![3.0]));
         assert_eq!(tilts.differs(), Some([4.0, 7.0]));
-        assert!(tilts.comes_down());
+        assert!(tilts.has_come_down());
+        let tilts_of = |changes: [Option<&Change>; 2]| changes.map(|c| c.map(|c| c.to.tilt));
+        assert_eq!(tilts_of(tilts.last_loop()), [Some(8.0), Some(3.0)]);
+    }
+
+    /// As a hand moves the slider: up, down and up again.
+    #[test]
+    fn each_way_is_that_of_its_own_move() {
+        let mut tilts = Tilts::new(0.0);
+        let turns = [0, 1, 2, 3, 4, 3, 2, 3, 4, 5, 6];
+        for (k, tilt) in turns.into_iter().enumerate() {
+            tilts.enter(k as f64, f64::from(tilt));
+            tilts.hear(k as f64, if tilt < 5 { 4e3 } else { 2e3 });
+        }
+        let ways: Vec<_> = tilts.heard.iter().map(|heard| heard.way).collect();
+        assert_eq!(ways[3..7], [Way::Up, Way::Down, Way::Down, Way::Up]);
+        assert_eq!(tilts.on(Way::Up).count(), 1);
+        assert_eq!(tilts.on(Way::Down).count(), 0);
+        assert!(tilts.has_come_down(), "before");
+        assert!(matches!(tilts.last_loop(), [Some(_), None]));
     }
 
     #[test]

@@ -25,6 +25,25 @@ const COMBINATIONS: usize = 3;
 
 /// The lesson as far as the run has come.
 pub fn page(computed: &Computed, measured: &Measured) -> Page {
+    let mut page = of_mechanism(computed, measured);
+    if !page.computed.is_empty()
+        && let (Some(then), Some(now)) = (computed.tilt, measured.tilt)
+        && degrees(then) != degrees(now)
+    {
+        let moved = format!(
+            "The load is tilted to **{}** now; what was computed holds for {}.",
+            degrees(now),
+            degrees(then)
+        );
+        page.says = Some(match page.says {
+            Some(says) => format!("{moved} {says}"),
+            None => moved,
+        });
+    }
+    page
+}
+
+fn of_mechanism(computed: &Computed, measured: &Measured) -> Page {
     match computed.mechanism {
         Mechanism::NegativeSlope => negative_slope(computed, measured),
         Mechanism::ModeCoupling => mode_coupling(computed, measured),
@@ -370,21 +389,20 @@ fn hysteresis(measured: &Measured) -> Page {
             "change on the way up, and at the top",
             !tilts.heard.is_empty(),
         ),
-        (Way::Down, "change on the way down", tilts.comes_down()),
+        (Way::Down, "change on the way down", tilts.has_come_down()),
     ] {
         page.measure(name, there.then(|| changes(tilts, way)));
     }
     let span = tilts.differs();
     page.measure(
         "tilts that sound otherwise up and down",
-        tilts.comes_down().then(|| match span {
+        tilts.has_come_down().then(|| match span {
             Some([low, high]) => format!("{} to {}", degrees(low), degrees(high)),
             None => "none so far".to_owned(),
         }),
     );
-    page.says = tilts.comes_down().then(|| {
-        let up = tilts.on(Way::Up).last();
-        let down = tilts.on(Way::Down).next();
+    page.says = tilts.has_come_down().then(|| {
+        let [up, down] = tilts.last_loop();
         match (up, down, span) {
             (Some(up), Some(down), _) => format!(
                 "Up it changed at **{}**, down it changed back only at **{}**, {:.1}° below.",
@@ -458,7 +476,11 @@ fn torus(measured: &Measured) -> Page {
         page.measure(&peak.label, Some(quantity(peak.frequency, "Hz")));
     }
     exponents(&mut page, measured, 2);
-    page.says = difference.filter(|hz| *hz > 0.0).map(|hz| {
+    let alone = line("f1").filter(|_| difference.is_none()).map(|_| {
+        "One tone and its multiples is all that is heard so far: a closed curve, and no torus."
+            .to_owned()
+    });
+    let two = difference.filter(|hz| *hz > 0.0).map(|hz| {
         let seen = match measured.exponents.as_ref().map(|exponents| exponents.attractor()) {
             Some(Attractor::Torus(_)) => {
                 " Its exponents agree: two are zero, as on a torus; neighbours neither part nor meet."
@@ -472,6 +494,7 @@ fn torus(measured: &Measured) -> Page {
             quantity(1.0 / hz, "s")
         )
     });
+    page.says = two.or(alone);
     page
 }
 
