@@ -21,6 +21,7 @@
 //! * `live` (feature `live`): a run that is steered while it goes on, and the page that shows it.
 //! * `cli` (feature `cli`): the command line.
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
+//! * [`memory`]: how much there is, for those who read files.
 //! * [`import`]: signals from files that somebody else made.
 //! * `figure` (feature `figure`): pictures on disk.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
@@ -32,6 +33,7 @@ pub mod fem;
 pub mod guide;
 pub mod import;
 pub mod joint;
+pub mod memory;
 pub mod numpy;
 pub mod pipeline;
 pub mod scene;

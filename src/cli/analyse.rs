@@ -78,6 +78,7 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             rate: args.rate,
             from: args.from,
             to: args.to,
+            max_samples: Some(args.max_samples),
         },
     )?;
     let search = SignalSearch {

@@ -18,7 +18,7 @@ use super::lyapunov;
 use super::model::ModelFile;
 use super::paper;
 use super::paper_captions as captions;
-use super::progress::Teller;
+use super::progress::{Progress, Teller};
 use super::report::{CauseReport, ModeReport};
 use super::run::{Job, Viewer};
 use super::sweep;
@@ -33,7 +33,9 @@ use crate::figure::{
     Figure, basins_figure, cost_figures, growth_figure, lyapunov_figure, signal_figures,
     sweep_figures,
 };
-use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
+use crate::import::{
+    Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
+};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, PipelineError, Playback, Sink, Tee, drive, initial_state, source};
@@ -407,7 +409,11 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        return Ok(read_signal(path, selection)?);
+        let progress = Progress::of_steps();
+        let signal = read_signal_with(path, selection, &mut |share| {
+            progress.step(share, "reading");
+        });
+        return Ok(signal?);
     }
     let series = read_series(path, selection.column.as_deref())?;
     let table = Table {
@@ -459,7 +465,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
     let playback = Playback::new(
         title,
         info,
-        signal.samples.clone(),
+        &signal.samples,
         signal.rate,
         live_analysis(job.report),
     );

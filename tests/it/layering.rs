@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 const EDGES: &[(&str, &[&str])] = &[
     ("fem", &[]),
     ("dynamics", &[]),
-    ("analysis", &[]),
-    ("numpy", &[]),
+    ("memory", &[]),
+    ("analysis", &["memory"]),
+    ("numpy", &["memory"]),
     ("joint", &["fem", "dynamics", "numpy"]),
     ("systems", &["dynamics"]),
     (
@@ -20,7 +21,7 @@ const EDGES: &[(&str, &[&str])] = &[
         &["fem", "joint", "systems", "dynamics", "analysis", "scene"],
     ),
     ("export", &["joint", "pipeline", "numpy"]),
-    ("import", &["numpy"]),
+    ("import", &["memory", "numpy"]),
     (
         "record",
         &[
@@ -31,7 +32,7 @@ const EDGES: &[(&str, &[&str])] = &[
         "study",
         &[
             "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "export", "import",
+            "export", "import", "memory",
         ],
     ),
     (

@@ -57,17 +57,17 @@ impl View<'_> {
     }
 
     pub fn portrait(&self) -> Result<Figure, FigureError> {
-        let samples: Vec<f64> = self.samples().collect();
+        let samples = &self.report.signal.samples;
         let lag = self.report.delay.lag;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS);
         let points: Vec<[f64; 2]> = (newest..count)
-            .map(|k| [samples[k], samples[k + lag]])
+            .map(|k| [k, k + lag].map(|k| samples[k] * self.unit.per_own))
             .collect();
         let panel = Panel {
             title: format!("lag {lag} samples, the newest {}", points.len()),
-            x: Axis::around(self.unit.after("y(t)"), samples.iter().copied()),
-            y: Axis::around(self.unit.after("y(t + τ)"), samples.iter().copied()),
+            x: Axis::around(self.unit.after("y(t)"), self.samples()),
+            y: Axis::around(self.unit.after("y(t + τ)"), self.samples()),
             marks: vec![line(points, BLUE, "")],
         };
         Figure::new(

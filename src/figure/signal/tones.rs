@@ -14,7 +14,7 @@ const DEPTH_DB: f64 = 100.0;
 
 impl View<'_> {
     pub fn waveform(&self) -> Result<Figure, FigureError> {
-        let all: Vec<f64> = self.samples().collect();
+        let all = &self.report.signal.samples;
         let count = all.len();
         let period = match self.report.lines.first() {
             Some(line) => self.report.signal.rate / line.line.frequency,
@@ -27,9 +27,12 @@ impl View<'_> {
                 self.along.after("time"),
                 [self.time(from as f64), self.time(count as f64 - 1.0)],
             ),
-            y: Axis::around(self.unit.after("signal"), all.iter().copied()),
+            y: Axis::around(self.unit.after("signal"), self.samples()),
             marks: vec![line(
-                envelope(&all[from..], |k| self.time((from + k) as f64)),
+                envelope(&all[from..], |k| self.time((from + k) as f64))
+                    .into_iter()
+                    .map(|[x, y]| [x, y * self.unit.per_own])
+                    .collect(),
                 BLUE,
                 "",
             )],
