@@ -23,6 +23,7 @@
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
 //! * [`import`]: signals from files that somebody else made.
 //! * `figure` (feature `figure`): pictures on disk.
+//! * `escape` (private): text from foreign files, as it is shown.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
@@ -40,6 +41,8 @@ pub mod systems;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(any(feature = "figure", feature = "record"))]
+pub(crate) mod escape;
 #[cfg(feature = "figure")]
 pub mod figure;
 #[cfg(feature = "live")]
