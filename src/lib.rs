@@ -24,6 +24,7 @@
 //! * [`memory`]: how much there is, for those who read files.
 //! * [`import`]: signals from files that somebody else made.
 //! * `figure` (feature `figure`): pictures on disk.
+//! * `escape` (private): text from foreign files, as it is shown.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
@@ -42,6 +43,8 @@ pub mod systems;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(any(feature = "figure", feature = "record"))]
+pub(crate) mod escape;
 #[cfg(feature = "figure")]
 pub mod figure;
 #[cfg(feature = "live")]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AnalyseArgs;
+use super::engine;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
@@ -45,6 +46,8 @@ pub(super) struct Play<'a> {
 pub(super) struct Tools {
     /// Reads a signal.
     pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
+    /// Stems of the names of the figures.
+    pub figures: [&'static str; 11],
     /// Draws the figures.
     pub draw: fn(&SignalReport) -> Result<Vec<FigureFile>, Cause>,
     /// Records the analyses along the signal.
@@ -69,7 +72,11 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         ],
     )?;
     if let Some(directory) = &args.png {
-        check_directory(directory, "--png")?;
+        let names = tools.figures.map(|stem| format!("{stem}.png"));
+        check_directory(directory, "--png", &names)?;
+    }
+    if save.is_some() {
+        engine::check_memory()?;
     }
     let signal = (tools.read)(
         &args.file,
@@ -185,6 +192,7 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         read: tone,
+        figures: ["tone"; 11],
         draw: |_| {
             Ok(vec![FigureFile {
                 name: "tone.png".to_owned(),

@@ -98,6 +98,9 @@ pub struct RunArgs {
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
         value_parser = viewer_url)]
     pub connect: Option<String>,
+    /// End with exit code 1 if energy and work do not agree to 5 %; refuse a scene whose energy is not audited.
+    #[arg(long)]
+    pub strict: bool,
     /// Write the summary as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

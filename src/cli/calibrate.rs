@@ -15,6 +15,7 @@ use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::study_args::CalibrateArgs;
 use crate::VERSION;
+use crate::escape;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
 use crate::study::paper::claims;
@@ -68,6 +69,9 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
     // The bar goes before anything else is printed.
     drop(notes);
+    // Trials come in any order. In the end they stand by their numbers, so that neither threads nor a stop in
+    // between change the log.
+    Log::new(&out, &plan.identity(), &by_number(&trials, &known))?;
     let mut written = vec![FileReport::of(&out)?];
     if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
         let text = best.candidate.scene(&plan.base)?.text;
@@ -135,6 +139,15 @@ impl Log {
             })
         })
     }
+}
+
+/// Trials by their numbers: those of this search, and the known ones beyond its last generation.
+fn by_number(trials: &[Trial], known: &[Trial]) -> Vec<Trial> {
+    let beyond = known.iter().filter(|trial| trial.number >= trials.len());
+    let mut all: Vec<Trial> = trials.iter().chain(beyond).cloned().collect();
+    all.sort_by_key(|trial| trial.number);
+    all.dedup_by_key(|trial| trial.number);
+    all
 }
 
 /// The trials that are known already. A file that is there is only touched by `--resume`.
@@ -307,9 +320,10 @@ impl Report for CalibrationReport {
                 .map(|(path, word)| format!("{path} = \"{word}\""));
             let all: Vec<String> = numbers.chain(words).collect();
             let _ = writeln!(text, "    {}", all.join("\n    "));
-            let held = set.held.iter().map(|(id, share)| match share {
-                share if *share >= 1.0 => id.clone(),
-                share => format!("{id} ({:.0} %)", 100.0 * share),
+            // From the log, which may be anybody's.
+            let held = set.held.iter().map(|(id, share)| match escape::line(id) {
+                id if *share >= 1.0 => id.into_owned(),
+                id => format!("{id} ({:.0} %)", 100.0 * share),
             });
             let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
         }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::cost_report::CostReport;
+use super::engine;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
@@ -61,12 +62,6 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
         return Err(CliError::NoAdvice);
     }
-    check_directory(&args.out, "--out")?;
-    if args.out.is_dir() {
-        for name in [TABLE, RECORDING] {
-            inside(&args.out, name)?;
-        }
-    }
     let own = args.scene.as_deref().map(OsStr::new);
     let [page, write, json] = check_all(
         own,
@@ -84,12 +79,14 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
         .into_iter()
         .chain(figures)
         .collect();
+    check_directory(&args.out, "--out", &names)?;
     let others = [
         ("--page", page.as_ref()),
         ("--write", write.as_ref()),
         ("--json", json.as_ref()),
     ];
     check_beside(&args.out, "--out", &names, &others)?;
+    engine::check_memory()?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());

@@ -30,8 +30,8 @@ use crate::figure::paper::{
     sections,
 };
 use crate::figure::{
-    Figure, basins_figure, cost_figures, growth_figure, lyapunov_figure, signal_figures,
-    sweep_figures,
+    Figure, SIGNAL_FIGURES, basins_figure, cost_figures, growth_figure, lyapunov_figure,
+    signal_figures, sweep_figure_names, sweep_figures,
 };
 use crate::import::{
     Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
@@ -102,6 +102,14 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
             tell_part(&part, &fault, &job.notice);
         }
         fault.into()
+    })
+}
+
+/// Makes sure, before any work, that there is memory for a recording.
+pub(super) fn check_memory() -> Result<(), CliError> {
+    crate::record::check_memory().map_err(|source| CliError::Run {
+        doing: "recording",
+        source: source.into(),
     })
 }
 
@@ -186,6 +194,7 @@ pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
 
 /// What `squeakscope sweep` and `squeakscope merge` need.
 pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
+    names: sweep_figure_names,
     draw: |plan, points| {
         sweep_figures(plan, points)?
             .into_iter()
@@ -397,7 +406,12 @@ fn drawn(figure: Figure) -> Result<sweep::Drawn, Cause> {
 }
 
 /// What `squeakscope analyse` needs.
-pub(super) const LABORATORY: Tools = Tools { read, draw, play };
+pub(super) const LABORATORY: Tools = Tools {
+    read,
+    figures: SIGNAL_FIGURES,
+    draw,
+    play,
+};
 
 /// Times of a recording are whole nanoseconds.
 const NANOSECOND: f64 = 1e-9;

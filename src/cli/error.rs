@@ -147,6 +147,18 @@ pub enum CliError {
         /// Why.
         source: Cause,
     },
+    /// The energy audit does not hold.
+    #[error("{reason} (--strict)")]
+    Audit {
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// There was no energy audit.
+    #[error(
+        "nothing was audited (--strict): only a joint has an energy audit, and only where record.energy_rate_khz \
+         is above 0; take such a scene, or leave --strict out"
+    )]
+    NotAudited,
     /// More exponents than there are.
     #[error(
         "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
@@ -190,12 +202,17 @@ impl CliError {
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }
             | Self::Pace { .. }
+            | Self::NotAudited
             | Self::NoBands { .. } => 2,
             Self::Table(TableError::Write { .. } | TableError::Gone { .. }) => 1,
             Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
-            Self::Output(_) | Self::Run { .. } | Self::Serve { .. } | Self::Panic { .. } => 1,
+            Self::Output(_)
+            | Self::Run { .. }
+            | Self::Audit { .. }
+            | Self::Serve { .. }
+            | Self::Panic { .. } => 1,
             Self::Interrupted | Self::NothingYet | Self::BeforeWork => 130,
         }
     }

@@ -16,6 +16,7 @@ use super::report::{self, FileReport, Report, list_files};
 use super::study_args::GrowthArgs;
 use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
+use crate::escape;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
 use crate::study::threads;
@@ -49,9 +50,9 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         repeats: args.repeats.into(),
         ..GrowthPlan::new(scene, threads(args.threads))
     };
-    check_directory(&args.out, "--out")?;
     let own = args.scene.as_deref().map(OsStr::new);
     let names = ["growth.csv", "growth.svg", "growth.png"].map(str::to_owned);
+    check_directory(&args.out, "--out", &names)?;
     let [page, json] = check_all(
         own,
         [
@@ -136,7 +137,7 @@ impl GrowthReport {
 
     /// The growth as a chapter of a page: a table a size.
     fn chapter(&self) -> String {
-        let mut text = format!("## {}\n\n", self.scene);
+        let mut text = format!("## {}\n\n", escape::markdown(&self.scene));
         for growth in &self.growth {
             let _ = writeln!(
                 text,
@@ -164,7 +165,10 @@ impl GrowthReport {
 
 impl Report for GrowthReport {
     fn text(&self) -> String {
-        let mut text = format!("{NAME}{}{NAME:#}: how cost grows\n", self.scene);
+        let mut text = format!(
+            "{NAME}{}{NAME:#}: how cost grows\n",
+            escape::line(&self.scene)
+        );
         for growth in &self.growth {
             let _ = writeln!(text, "{NAME}{}{NAME:#}", growth.work.name());
             let _ = writeln!(

@@ -34,6 +34,9 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
+    if args.strict && !report::is_audited(&scene) {
+        return Err(CliError::NotAudited);
+    }
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
     let page = match plan.watcher {
@@ -71,11 +74,15 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
         .into_iter()
         .flatten()
     {
-        report::print(&format!("{}\n", file.display()))?;
+        report::print(&format!("{}\n", report::shown_path(file)))?;
     }
+    let interrupted = stop.load(Ordering::Relaxed);
     match summary {
-        Some(_) if stop.load(Ordering::Relaxed) => Err(CliError::Interrupted),
-        _ => Ok(()),
+        Some(summary) if interrupted => {
+            report::judge(&summary, false).and(Err(CliError::Interrupted))
+        }
+        Some(summary) => report::judge(&summary, args.strict),
+        None => Ok(()),
     }
 }
 

@@ -19,6 +19,9 @@ use crate::study::lyapunov::{
     Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
 };
 
+/// The name of the figure in a directory.
+const PICTURE: &str = "lyapunov.png";
+
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Averages the exponents of a scene.
@@ -56,7 +59,7 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     let png = args.png.as_deref().map(picture);
     let directory = args.png.as_deref().filter(|_| png != args.png);
     if let Some(directory) = directory {
-        check_directory(directory, "--png")?;
+        check_directory(directory, "--png", &[PICTURE])?;
     }
     let [json, csv_file, picture] = check_all(
         args.scene.as_deref().map(OsStr::new),
@@ -180,7 +183,7 @@ fn picture(path: &Path) -> PathBuf {
     if is_png && !path.is_dir() {
         path.to_owned()
     } else {
-        path.join("lyapunov.png")
+        path.join(PICTURE)
     }
 }
 

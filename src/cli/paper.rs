@@ -15,9 +15,11 @@ use super::output::{OutputFile, check_directory};
 use super::report::{FileReport, Report, list_files};
 use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{
-    Drawn, Files, Record, tell, work_through, write_figures, write_recording, write_tables,
+    Drawn, Files, Record, picture_names, tell, work_through, write_figures, write_recording,
+    write_tables,
 };
 use crate::VERSION;
+use crate::escape;
 use crate::scene::{Parameter, Scene};
 use crate::study::paper::{Evidence, Finding, Holds, compare, paper_plan, score};
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
@@ -27,6 +29,14 @@ const SCENE: &str = "paper";
 
 /// The first figure that shows a motion; those before need no simulation.
 const FIRST_OF_MOTION: u8 = 4;
+
+/// How many figures there are.
+const FIGURES: u8 = 11;
+
+/// The page, the table and the recording in the directory asked for.
+const PAGE: &str = "README.md";
+const TABLE: &str = "sweep.arrow";
+const RECORDING: &str = "paper.rrd";
 
 const MET: Style = AnsiColor::Green.on_default();
 const NOT_MET: Style = AnsiColor::Red.on_default();
@@ -78,19 +88,22 @@ fn execute(
             OneStart::Down => Start::Down,
         },
     );
-    check_directory(&args.out, "--out")?;
+    let figures: Vec<String> = (1..=FIGURES).map(|n| format!("figure-{n}")).collect();
+    let tables = [PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned);
+    let names = [picture_names(&figures), tables.to_vec()].concat();
+    check_directory(&args.out, "--out", &names)?;
     interrupt::work_begins();
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
         doing: "making of the directory",
         source: source.into(),
     })?;
     let outputs = SweepOutputs {
-        out: args.out.join("sweep.arrow"),
+        out: args.out.join(TABLE),
         figures: None,
-        save: args.only.is_none().then(|| args.out.join("paper.rrd")),
+        save: args.only.is_none().then(|| args.out.join(RECORDING)),
         json: args.json.clone(),
     };
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs)?;
+    let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs, &[])?;
     // What a run before has found need not be found again.
     let work = WorkArgs {
         resume: true,
@@ -124,9 +137,7 @@ fn execute(
     }
     if args.only.is_none() {
         let page = page(&report, &figures, &captions);
-        report
-            .files
-            .push(write(&args.out.join("README.md"), &page)?);
+        report.files.push(write(&args.out.join(PAGE), &page)?);
     }
     tell(&report, &outputs, &files)
 }
@@ -231,7 +242,7 @@ impl Report for PaperReport {
             let _ = writeln!(
                 text,
                 "{NAME}{}{NAME:#}, started {}: {:.0} % of the paper's claims hold, by their weights",
-                self.scene,
+                escape::line(&self.scene),
                 self.start,
                 100.0 * self.score
             );
@@ -265,9 +276,11 @@ fn page(report: &PaperReport, figures: &[Drawn], captions: &[String]) -> String 
     let mut page = format!(
         "# The paper's figures, as found here\n\n\
          J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, Lubricants 2022, 10, \
-         201 (CC BY), <https://doi.org/10.3390/lubricants10090201>; scene `{}`, started {}, squeakscope \
+         201 (CC BY), <https://doi.org/10.3390/lubricants10090201>; scene {}, started {}, squeakscope \
          {}.\n\n",
-        report.scene, report.start, report.version
+        escape::code(&report.scene),
+        report.start,
+        report.version
     );
     for (figure, caption) in figures.iter().zip(captions) {
         let _ = writeln!(

@@ -73,6 +73,9 @@ fn execute(
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
+    if args.strict && !report::is_audited(&scene) {
+        return Err(CliError::NotAudited);
+    }
     let [save, npz, wav, json] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [
@@ -121,10 +124,10 @@ fn execute(
             shown(recording.path())
         ))?;
     }
-    if summary.interrupted {
-        return Err(CliError::Interrupted);
+    match summary.interrupted {
+        true => report::judge(&summary, false).and(Err(CliError::Interrupted)),
+        false => report::judge(&summary, args.strict),
     }
-    Ok(())
 }
 
 /// The scene asked for, with what the command line changes of it.
@@ -170,11 +173,10 @@ pub(super) fn command_line() -> String {
 
 /// A path as one word of a shell.
 pub(super) fn shown(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    if path.contains(char::is_whitespace) {
-        format!("\"{path}\"")
-    } else {
-        path.into_owned()
+    let path = report::shown_path(path);
+    match path.contains(char::is_whitespace) {
+        true => format!("\"{path}\""),
+        false => path,
     }
 }
 

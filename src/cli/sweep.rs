@@ -6,6 +6,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
@@ -29,6 +30,8 @@ const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
 /// What the rest of the crate does for these commands.
 pub(super) struct Tools {
+    /// Stems of the names of the figures.
+    pub names: fn(&SweepPlan) -> Vec<String>,
     /// Draws the figures: names with their SVG and PNG.
     pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
     /// Records a sweep over one parameter, started by a command, into a file.
@@ -63,7 +66,8 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
+    let scene = args.scene.as_deref().map(OsStr::new);
+    let files = Files::check(scene, &args.outputs, &(tools.names)(&plan))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
     deliver(
@@ -145,7 +149,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs)?;
+    let files = Files::check(None, &args.outputs, &(tools.names)(&plan))?;
     // What an earlier merge has made may be made again; anything else is kept.
     let out = files.table.path();
     let own = read_table(out).is_ok_and(|table| table.identity == identity);
@@ -185,7 +189,12 @@ pub(super) struct Files {
 }
 
 impl Files {
-    pub fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
+    /// Checks all of them; `figures` are the stems of the names of the figures.
+    pub fn check(
+        input: Option<&OsStr>,
+        outputs: &SweepOutputs,
+        figures: &[String],
+    ) -> Result<Self, CliError> {
         let csv = outputs.out.with_extension("csv");
         let ending = outputs
             .out
@@ -202,7 +211,7 @@ impl Files {
             .as_deref()
             .filter(|path| *path != Path::new("-"));
         if let Some(directory) = &outputs.figures {
-            check_directory(directory, "--figures")?;
+            check_directory(directory, "--figures", &picture_names(figures))?;
         }
         let [table, csv, json, save] = check_all(
             input,
@@ -213,6 +222,9 @@ impl Files {
                 ("--save", outputs.save.as_deref()),
             ],
         )?;
+        if save.is_some() {
+            engine::check_memory()?;
+        }
         match (table, csv) {
             (Some(table), Some(csv)) => Ok(Self {
                 table,
@@ -319,6 +331,14 @@ pub(super) fn write_recording(
         source,
     })?;
     Ok(Some(FileReport::of(file)?))
+}
+
+/// The names of the files of figures, by their stems.
+pub(super) fn picture_names<S: std::fmt::Display>(stems: &[S]) -> Vec<String> {
+    let names = stems
+        .iter()
+        .flat_map(|stem| ["svg", "png"].map(|ending| format!("{stem}.{ending}")));
+    names.collect()
 }
 
 /// Writes figures into a directory, which is made if it is not there.

@@ -27,7 +27,11 @@ fn record(
     )?)
 }
 
-const TOOLS: Tools = Tools { draw, record };
+const TOOLS: Tools = Tools {
+    names: |_| vec!["diagram".to_owned()],
+    draw,
+    record,
+};
 
 fn steps(text: &str) -> Steps {
     text.parse().unwrap()

@@ -13,6 +13,7 @@ use plotters::style::{FontStyle, RGBColor, register_font};
 use super::FigureError;
 use super::panel::{Axis, Mark, Panel, Scale};
 use super::style::{self, Rgb};
+use crate::escape;
 
 /// The library places things on whole units: this many make a point.
 const FINE: u32 = 10;
@@ -42,7 +43,7 @@ pub fn draw(title: &str, size: [u32; 2], rows: &[Vec<Panel>]) -> Result<String, 
         title: title.to_owned(),
         reason: reason.to_string(),
     })?;
-    Ok(finish(&svg, size, &pictures))
+    Ok(escape::lines(&finish(&svg, size, &pictures)).into_owned())
 }
 
 fn render(

@@ -29,8 +29,8 @@ pub use error::FigureError;
 pub use growth::growth_figure;
 pub use lyapunov::lyapunov_figure;
 pub use panel::{Axis, Mark, Panel, Scale};
-pub use signal::signal_figures;
-pub use sweep::sweep_figures;
+pub use signal::{SIGNAL_FIGURES, signal_figures};
+pub use sweep::{sweep_figure_names, sweep_figures};
 
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]

@@ -35,18 +35,26 @@ pub(super) fn color_of(regime: Regime) -> Rgb {
 /// # Errors
 /// [`FigureError`].
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Result<Vec<Figure>, FigureError> {
-    let starts = plan.starts.iter();
-    let figures = starts.map(|&start| {
+    let starts = plan.starts.iter().zip(sweep_figure_names(plan));
+    let figures = starts.map(|(&start, name)| {
         let found = found(points, start);
+        let title = format!("{} — {}", plan.scene.name, words(start));
         match plan.axes.len() {
-            1 => {
-                let title = format!("{} — {}", plan.scene.name, words(start));
-                diagram(plan, &found, name("bifurcation", start), &title)
-            }
-            _ => map(plan, start, &found),
+            1 => diagram(plan, &found, name, &title),
+            _ => map(plan, &found, name, &title),
         }
     });
     figures.collect()
+}
+
+/// Stems of the names of the figures that [`sweep_figures`] draws.
+pub fn sweep_figure_names(plan: &SweepPlan) -> Vec<String> {
+    let kind = match plan.axes.len() {
+        1 => "bifurcation",
+        _ => "regimes",
+    };
+    let starts = plan.starts.iter();
+    starts.map(|start| format!("{kind}-{start}")).collect()
 }
 
 /// Fig. 11: bifurcation diagram, exponents and lines over the tilt, of the points that were started in
@@ -123,11 +131,6 @@ fn diagram(
     rows.push(vec![lines(&x, found)]);
     let height = 60 + 270 * rows.len() as u32;
     Figure::new(name, title, [1000, height], &rows)
-}
-
-/// The stem of a figure's file name.
-fn name(kind: &str, start: Start) -> String {
-    format!("{kind}-{start}")
 }
 
 /// The maxima of the displacement, each column in the colour of its regime.
@@ -290,7 +293,12 @@ fn lines(x: &Axis, found: &[Found<'_>]) -> Panel {
 }
 
 /// Regime and largest exponent over two parameters.
-fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, FigureError> {
+fn map(
+    plan: &SweepPlan,
+    found: &[Found<'_>],
+    name: String,
+    title: &str,
+) -> Result<Figure, FigureError> {
     let [across, along] = [&plan.axes[0], &plan.axes[1]];
     let size = [across.values().len(), along.values().len()];
     // The cell that belongs to a point; the upper row first.
@@ -370,8 +378,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Result<Figure, Fi
         )]);
     }
     let height = 60 + 380 * rows.len() as u32;
-    let title = format!("{} — {}", plan.scene.name, words(start));
-    Figure::new(name("regimes", start), &title, [900, height], &rows)
+    Figure::new(name, title, [900, height], &rows)
 }
 
 #[cfg(test)]

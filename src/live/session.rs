@@ -11,6 +11,7 @@ use super::hub::Hub;
 use super::panel::{Board, Panel, Scribe};
 use super::recorder::{Recorder, Switch};
 use super::screen::Screen;
+use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
     Gait, Helm, Monitor, Order, PipelineError, Sink, SinkError, Source as _, Steered, Tee, drive,
@@ -303,7 +304,8 @@ impl Session {
     pub fn scenes(&self) -> Vec<[String; 2]> {
         let mut scenes: Vec<[String; 2]> = Vec::new();
         if PRESETS.iter().all(|preset| preset.name != self.first.name) {
-            scenes.push([self.first.name.clone(), self.first.title.clone()]);
+            let title = escape::line(&self.first.title).into_owned();
+            scenes.push([self.first.name.clone(), title]);
         }
         scenes.extend(PRESETS.iter().map(|preset| {
             let title = preset.scene().map(|scene| scene.title);

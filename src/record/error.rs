@@ -19,6 +19,13 @@ pub enum RecordError {
         /// Why not.
         source: std::io::Error,
     },
+    /// Too little memory for the SDK, which has no error for that: it ends the program.
+    #[error(
+        "a recording needs {} MB of address space, which the system refuses; raise the limit (`ulimit -v`), or \
+         leave the recording out (`run --npz FILE` writes the samples alone)",
+        super::ADDRESS_SPACE >> 20
+    )]
+    Memory,
     /// Writing failed along the way.
     #[error("cannot go on writing the recording for {}: {reason}; free some space or choose another place (what was written so far can be opened: {}; the old file, if any, is untouched)", path.display(), part.display())]
     Write {

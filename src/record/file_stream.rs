@@ -8,7 +8,7 @@ use rerun::{
     sink::{LogSink, SinkFlushError},
 };
 
-use super::{error::RecordError, part_file::PartFile, rrd_file::RrdFile};
+use super::{check_memory, error::RecordError, part_file::PartFile, rrd_file::RrdFile};
 
 /// Wall time that what is logged may wait for more of its kind where a viewer is watching: short enough
 /// that views agree.
@@ -49,13 +49,14 @@ pub fn open(
 /// whole.
 ///
 /// # Errors
-/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and those of `draw`; what
+/// [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and those of `draw`; what
 /// was at `path` before is then unchanged.
 pub fn save(
     path: &Path,
     application: &'static str,
     draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
 ) -> Result<(), RecordError> {
+    check_memory()?;
     let file = PartFile::create(path)?;
     let rrd = sink(&file)?;
     // After a failure the stream is leaked: dropping it waits for a disk that may never answer.

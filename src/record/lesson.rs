@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines, TextDocument};
+use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines};
 
 use super::{
     error::RecordError,
@@ -11,7 +11,7 @@ use super::{
     plot::{self, Axis, Bounds, Plot},
     samples::{Rows, name_series},
     spectrum::SpectrumPlot,
-    stream, style,
+    stream, style, text,
 };
 use crate::{
     analysis::range,
@@ -76,7 +76,7 @@ impl Lesson {
 
     /// Shows the words.
     pub fn tell(&self, rec: &RecordingStream, time: f64, text: &str) -> Result<(), RecordError> {
-        let words = TextDocument::from_markdown(text);
+        let words = text::document(text);
         stream::log_at(rec, paths::LESSON, time, &words)
     }
 

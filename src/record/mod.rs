@@ -75,5 +75,17 @@ pub use error::RecordError;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
+/// Address space that a recording may take, bytes. Its threads reserve nearly all of it; little is ever used.
+const ADDRESS_SPACE: usize = 512 << 20;
+
+/// Makes sure that there is memory for a recording.
+///
+/// # Errors
+/// [`RecordError::Memory`].
+pub fn check_memory() -> Result<(), RecordError> {
+    let room = Vec::<u8>::new().try_reserve_exact(ADDRESS_SPACE);
+    room.map_err(|_| RecordError::Memory)
+}
+
 /// The version of Rerun that recordings are written with; a viewer of this version opens them.
 pub const RERUN_VERSION: &str = "0.36.3";

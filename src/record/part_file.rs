@@ -7,6 +7,7 @@ use std::{
 };
 
 use super::error::RecordError;
+use crate::export::is_protected;
 
 /// The most parts that may lie beside one recording.
 const MOST_PARTS: u32 = 99;
@@ -33,6 +34,9 @@ impl PartFile {
         };
         if path.is_dir() {
             return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+        }
+        if is_protected(path) {
+            return Err(fault(ErrorKind::PermissionDenied.into()));
         }
         let Some(name) = path.file_name() else {
             return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
@@ -106,7 +110,13 @@ impl PartFile {
     pub fn keep(&self) -> Result<(), RecordError> {
         let synced = File::open(&self.part).and_then(|file| file.sync_all());
         synced.map_err(|error| self.write_error(error.to_string()))?;
-        std::fs::rename(&self.part, &self.path).map_err(|source| RecordError::Rename {
+        // It may have been protected since.
+        let free = match is_protected(&self.path) {
+            true => Err(ErrorKind::PermissionDenied.into()),
+            false => Ok(()),
+        };
+        let moved = free.and_then(|()| std::fs::rename(&self.part, &self.path));
+        moved.map_err(|source| RecordError::Rename {
             path: self.path.clone(),
             part: self.part.clone(),
             source,
@@ -117,6 +127,25 @@ impl PartFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A file without write permission is not replaced, whenever it lost it.
+    #[test]
+    fn a_protected_recording_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.rrd");
+        let part = PartFile::create(&path).unwrap();
+        std::fs::write(part.part(), "new").unwrap();
+        std::fs::write(&path, "old").unwrap();
+        let mut permissions = path.metadata().unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&path, permissions).unwrap();
+        let refused = PartFile::create(&path).unwrap_err();
+        assert!(matches!(refused, RecordError::Create { .. }), "{refused}");
+        let refused = part.keep().unwrap_err();
+        assert!(matches!(refused, RecordError::Rename { .. }), "{refused}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read(part.part()).unwrap(), b"new");
+    }
 
     /// Two runs to one place have a part each; what another run left is not touched.
     #[test]

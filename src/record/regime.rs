@@ -1,8 +1,8 @@
 //! The kind of motion: its history in colours by how sure it is, and the evidence in words.
 
-use rerun::{RecordingStream, Scalars, SeriesPoints, TextDocument};
+use rerun::{RecordingStream, Scalars, SeriesPoints};
 
-use super::{error::RecordError, paths, samples::name_series, stream, style};
+use super::{error::RecordError, paths, samples::name_series, stream, style, text};
 use crate::{
     analysis::{Regime, Verdict},
     pipeline::message::Header,
@@ -46,7 +46,7 @@ pub fn draw_verdict(
     let confidences = Scalars::new(KINDS.map(confidence));
     stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
     let text = document(header, time, window, verdict);
-    let document = TextDocument::from_markdown(text);
+    let document = text::document(text);
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
 }
 

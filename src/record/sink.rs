@@ -12,7 +12,7 @@ use rerun::{RecordingStream, sink::LogSink};
 
 use super::{
     audience::{Audience, ToAudience},
-    blueprint,
+    blueprint, check_memory,
     encode::Encoder,
     error::RecordError,
     file_stream,
@@ -21,9 +21,10 @@ use super::{
     viewer::{self, Feed, Live},
 };
 use crate::{
+    escape,
     pipeline::{
         Delivery, Sink, SinkError,
-        message::{Header, Record},
+        message::{Header, Record, Subject},
     },
     scene::RecordSpec,
 };
@@ -115,12 +116,13 @@ impl RerunSink {
     /// Opens file and viewer; nothing that exists is changed yet.
     ///
     /// # Errors
-    /// [`RecordError::NoOutput`], [`RecordError::Create`], [`RecordError::Address`],
+    /// [`RecordError::NoOutput`], [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Address`],
     /// [`RecordError::Spawn`], [`RecordError::Viewer`].
     pub fn new(output: &Output, spec: RecordSpec) -> Result<Self, RecordError> {
         if *output == Output::default() {
             return Err(RecordError::NoOutput);
         }
+        check_memory()?;
         // The viewer first: if it is missing, not even a part file is made.
         let address = match &output.connect {
             Some(url) => Some(viewer::reachable(url)?),
@@ -144,11 +146,12 @@ impl RerunSink {
     /// Hands the recording to an audience; nothing is kept.
     ///
     /// # Errors
-    /// [`RecordError::Encode`] if no stream can be opened.
+    /// [`RecordError::Memory`]; [`RecordError::Encode`] if no stream can be opened.
     pub fn for_audience(
         audience: Arc<dyn Audience>,
         spec: RecordSpec,
     ) -> Result<Self, RecordError> {
+        check_memory()?;
         Self::ending(End::Audience(ToAudience(audience)), spec)
     }
 
@@ -202,9 +205,10 @@ impl RerunSink {
         self.told_away = away;
     }
 
-    fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
-        blueprint::send(&self.rec, header, self.spec)?;
-        self.encoder = Some(Encoder::new(&self.rec, Arc::clone(header), self.spec)?);
+    fn start(&mut self, header: &Header) -> Result<(), RecordError> {
+        let header = Arc::new(shown(header));
+        blueprint::send(&self.rec, &header, self.spec)?;
+        self.encoder = Some(Encoder::new(&self.rec, header, self.spec)?);
         Ok(())
     }
 
@@ -289,6 +293,25 @@ impl RerunSink {
         self.look_after_viewer();
         Ok(())
     }
+}
+
+/// A header whose names are safe as names of series, views and columns. The scene's text stays as it is.
+fn shown(header: &Header) -> Header {
+    let mut header = header.clone();
+    let names = match &mut header.subject {
+        Subject::Joint(joint) => vec![&mut joint.body],
+        Subject::Small(_) => Vec::new(),
+        Subject::Signal(signal) => {
+            vec![&mut signal.source, &mut signal.column, &mut signal.unit]
+        }
+    };
+    for name in names
+        .into_iter()
+        .chain([&mut header.scene, &mut header.title])
+    {
+        *name = escape::line(name).into_owned();
+    }
+    header
 }
 
 impl Drop for RerunSink {

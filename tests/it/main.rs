@@ -26,6 +26,8 @@ mod pipeline;
 mod scenes;
 mod schedules;
 #[cfg(feature = "cli")]
+mod shown;
+#[cfg(feature = "cli")]
 mod small;
 #[cfg(feature = "cli")]
 mod sound;

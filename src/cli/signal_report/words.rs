@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use anstyle::Style;
 
 use super::AnalyseReport;
-use crate::cli::report::Report;
+use crate::cli::report::{Report, shown_path};
+use crate::escape;
 
 const NAME: Style = Style::new().bold();
 const FAINT: Style = Style::new().dimmed();
@@ -23,7 +24,7 @@ impl Report for AnalyseReport {
         }
         for file in &self.files {
             let megabytes = file.bytes as f64 / 1e6;
-            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", file.path.display());
+            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", shown_path(&file.path));
         }
         text
     }
@@ -36,8 +37,8 @@ impl AnalyseReport {
         let _ = writeln!(
             text,
             "{NAME}{}{NAME:#} {FAINT}{}{FAINT:#}",
-            facts.name,
-            self.file.display()
+            escape::line(&facts.name),
+            shown_path(&self.file)
         );
         let _ = writeln!(
             text,
@@ -59,7 +60,7 @@ impl AnalyseReport {
 
     /// A number with the signal's unit.
     fn amount(&self, value: f64) -> String {
-        let text = format!("{} {}", figures(value), self.signal.unit);
+        let text = format!("{} {}", figures(value), escape::line(&self.signal.unit));
         text.trim_end().to_owned()
     }
 

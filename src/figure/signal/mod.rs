@@ -13,8 +13,22 @@ use crate::study::signal::SignalReport;
 /// Most points of a curve: more cannot be told apart.
 const MOST_POINTS: usize = 4000;
 
-/// One figure a subject: waveform, spectrum, spectrogram, delay, portrait, recurrence, measures,
-/// section, divergence, zero_one, regime.
+/// Stems of the names of the figures that [`signal_figures`] draws.
+pub const SIGNAL_FIGURES: [&str; 11] = [
+    "waveform",
+    "spectrum",
+    "spectrogram",
+    "delay",
+    "portrait",
+    "recurrence",
+    "measures",
+    "section",
+    "divergence",
+    "zero_one",
+    "regime",
+];
+
+/// One figure a subject, as [`SIGNAL_FIGURES`] lists them.
 ///
 /// # Errors
 /// [`FigureError`].

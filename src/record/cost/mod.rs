@@ -14,7 +14,7 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{RecordingStream, TextDocument};
+use rerun::RecordingStream;
 
 use super::{
     blueprint,
@@ -52,11 +52,11 @@ fn draw(rec: &RecordingStream, cost: &CostView) -> Result<(), RecordError> {
         command: &cost.command,
     };
     text::send_properties(rec, origin)?;
-    let about = TextDocument::from_markdown(words::about(cost));
+    let about = text::document(words::about(cost));
     rec.log_static(paths::ABOUT, &about)?;
     for (knob, scope) in cost.knobs.iter().zip(&scopes) {
         let root = Root::of_knob(knob.name);
-        let words = TextDocument::from_markdown(words::knob(cost, knob));
+        let words = text::document(words::knob(cost, knob));
         rec.log_static(root.at(paths::KNOB_WORDS), &words)?;
         log_numbers(rec, &root, knob)?;
         for picture in &scope.pictures {

@@ -7,7 +7,7 @@ use super::{
     view::{CostView, FamilyView, KnobView, SettingView},
 };
 use crate::{
-    VERSION,
+    VERSION, escape,
     record::{
         RERUN_VERSION,
         style::{Quantity, capital, short},
@@ -175,9 +175,11 @@ fn advice(cost: &CostView, knob: &KnobView) -> String {
     format!(
         "## The cheapest setting\n\n| for an error of | setting | ms | calls | its error |\n\
          |---|---|---|---|---|\n{rows}\n\
-         White rims in the pictures. `squeakscope cost {} --write FILE.toml` puts this into the scene, and \
-         `--accuracy 1e-4` takes it.\n\n",
-        cost.scene
+         White rims in the pictures. {} puts this into the scene, and `--accuracy 1e-4` takes it.\n\n",
+        escape::code(&format!(
+            "squeakscope cost {} --write FILE.toml",
+            cost.scene
+        ))
     )
 }
 
@@ -190,24 +192,24 @@ pub fn about(cost: &CostView) -> String {
         .collect();
     let advice: String = cost.knobs.iter().map(|knob| advice(cost, knob)).collect();
     format!(
-        "# What accuracy costs in `{scene}`\n\n\
+        "# What accuracy costs in {scene}\n\n\
          Each knob is turned with all others at their reference, and the error is set against the work: CPU \
          time (the median of repeated runs, all threads together) and calls of the right-hand side, which \
          are free of noise. Trajectories start in the settled motion and are compared over {horizon}: in \
          chaos no longer than an error takes to grow by a factor of e.{held}\n\n\
          {reading}\n\n{advice}## The knobs\n\n| knob | what is turned | error |\n|---|---|---|\n{knobs}\n\
-         ## Scene `{scene}`: {title}\n\n```toml\n{text}\n```\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
-        scene = cost.scene,
+         ## Scene {scene}: {title}\n\n{text}\n\n\
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        scene = escape::code(&cost.scene),
         horizon = Quantity::Time.words(cost.horizon),
         held = cost
             .held
             .words()
             .map(|words| format!(" Held at its first values: {words}."))
             .unwrap_or_default(),
-        title = cost.title,
+        title = escape::markdown(&cost.title),
         reading = reading(&cost.knobs),
-        text = cost.scene_text.trim_end(),
-        command = cost.command,
+        text = escape::block("toml", &cost.scene_text),
+        command = escape::code(&cost.command),
     )
 }

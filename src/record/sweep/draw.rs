@@ -1,9 +1,6 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{
-    Color, LineStrips2D, LineStrips3D, Points2D, Radius, RecordingStream, SeriesPoints,
-    TextDocument,
-};
+use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Radius, RecordingStream, SeriesPoints};
 
 use super::{
     scope::{Scope, tops},
@@ -23,6 +20,7 @@ use crate::{
         spectrum::{self, Spectrum},
         stream::{self, Moment},
         style::{self, Quantity, Unit},
+        text,
     },
 };
 
@@ -152,7 +150,7 @@ impl<'a> Draw<'a> {
     ) -> Result<(), RecordError> {
         let point = self.start.at(value);
         let document = words::point(self.sweep, self.start, value, point);
-        let document = TextDocument::from_markdown(document);
+        let document = text::document(document);
         stream::log_at(rec, self.root.at(paths::POINT_WORDS), at, &document)?;
         self.cursor(rec, at, value)?;
         let found = point.and_then(|point| point.outcome.as_ref().ok());

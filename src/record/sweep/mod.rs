@@ -17,7 +17,7 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{RecordingStream, TextDocument, TimelineName};
+use rerun::{RecordingStream, TimelineName};
 
 use super::{
     blueprint,
@@ -60,7 +60,7 @@ fn draw(rec: &RecordingStream, sweep: &SweepView) -> Result<(), RecordError> {
     };
     text::send_properties(rec, origin)?;
     let about = words::about(sweep, &scope.ladder.name);
-    rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
+    rec.log_static(paths::ABOUT, &text::document(about))?;
     if let Some(body) = &sweep.body {
         shapes::draw(rec, body)?;
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::view::{ParameterView, PointView, ResponseView, StartView, SweepView};
 use crate::{
-    VERSION,
+    VERSION, escape,
     record::{
         RERUN_VERSION, exponents,
         style::{Quantity, capital, short},
@@ -56,7 +56,10 @@ pub fn point(
     };
     match &point.outcome {
         Ok(found) => format!("{head}{}", response(found, &from)),
-        Err(reason) => format!("{head}### No response\n\n{from}\n\n{reason}\n"),
+        Err(reason) => format!(
+            "{head}### No response\n\n{from}\n\n{}\n",
+            escape::markdown(reason)
+        ),
     }
 }
 
@@ -197,21 +200,21 @@ pub fn about(sweep: &SweepView, timeline: &str) -> String {
         })
         .collect();
     format!(
-        "# `{scene}` over {name}\n\n\
+        "# {scene} over {name}\n\n\
          The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
          {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
          An asterisk: not settled. τ = {lag} in sections.\n\n\
-         ## Scene `{scene}`: {title}\n\n{about}\n\n```toml\n{text}\n```\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
-        title = sweep.title,
+         ## Scene {scene}: {title}\n\n{about}\n\n{text}\n\n\
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        title = escape::markdown(&sweep.title),
         about = sweep.about,
         name = sweep.parameter.name,
         label = sweep.parameter.label,
         lag = Quantity::Time.words(sweep.lag),
-        scene = sweep.scene,
-        text = sweep.scene_text.trim_end(),
-        command = sweep.command,
+        scene = escape::code(&sweep.scene),
+        text = escape::block("toml", &sweep.scene_text),
+        command = escape::code(&sweep.command),
     )
 }
 

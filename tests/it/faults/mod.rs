@@ -11,6 +11,7 @@
 //! ```
 
 mod disk;
+mod outputs;
 mod panics;
 mod signals;
 mod slow;
