@@ -14,13 +14,14 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{RecordingStream, TextDocument};
+use rerun::TextDocument;
 
 use super::{
     blueprint,
     error::RecordError,
     file_stream,
     paths::{self, Root},
+    stream::RecordingStream,
     text::{self, Origin},
 };
 pub(super) use draw::default_looks;

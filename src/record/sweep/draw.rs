@@ -1,9 +1,6 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{
-    Color, LineStrips2D, LineStrips3D, Points2D, Radius, RecordingStream, SeriesPoints,
-    TextDocument,
-};
+use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Radius, SeriesPoints, TextDocument};
 
 use super::{
     scope::{Scope, tops},
@@ -21,7 +18,7 @@ use crate::{
         portrait::{self, Field},
         recurrence::{Picture, Recurrence},
         spectrum::{self, Spectrum},
-        stream::{self, Moment},
+        stream::{self, Moment, RecordingStream},
         style::{self, Quantity, Unit},
     },
 };
