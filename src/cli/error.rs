@@ -14,6 +14,7 @@ use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
+use crate::study::NoThread;
 use crate::study::sweep::TableError;
 
 /// Any error of a layer below, kept as the source.
@@ -159,6 +160,14 @@ pub enum CliError {
          is above 0; take such a scene, or leave --strict out"
     )]
     NotAudited,
+    /// A file that was asked for is not there at the end.
+    #[error("`{}` was not saved", path.display())]
+    NotSaved {
+        /// The file.
+        path: PathBuf,
+        /// Why not, and what there is instead.
+        source: Cause,
+    },
     /// More exponents than there are.
     #[error(
         "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
@@ -169,6 +178,19 @@ pub enum CliError {
         /// How many there are.
         dimension: usize,
     },
+    /// The system gives no more threads.
+    #[error(
+        "the threads for {purpose} cannot be started; raise the limit of processes (ulimit -u) or free some memory"
+    )]
+    Threads {
+        /// What they are for.
+        purpose: &'static str,
+        /// What the system says.
+        source: Cause,
+    },
+    /// The same for a study.
+    #[error(transparent)]
+    NoThread(#[from] NoThread),
     /// A panic outside the threads of a run: a fault of this program.
     #[error("the program panicked: {message}; please report this, with the command")]
     Panic {
@@ -204,13 +226,18 @@ impl CliError {
             | Self::Pace { .. }
             | Self::NotAudited
             | Self::NoBands { .. } => 2,
-            Self::Table(TableError::Write { .. } | TableError::Gone { .. }) => 1,
+            Self::Table(
+                TableError::Write { .. } | TableError::Gone { .. } | TableError::Begin(_),
+            )
+            | Self::Threads { .. }
+            | Self::NoThread(_) => 1,
             Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
             Self::Output(_)
             | Self::Run { .. }
             | Self::Audit { .. }
+            | Self::NotSaved { .. }
             | Self::Serve { .. }
             | Self::Panic { .. } => 1,
             Self::Interrupted | Self::NothingYet | Self::BeforeWork => 130,

@@ -28,6 +28,7 @@ pub use bands::Bands;
 pub use ear::Ear;
 pub use hub::{Bytes, Hub, Name, News, Ticket};
 pub use panel::{Event, Line, Panel};
+pub use recorder::SavedFile;
 pub use running::Running;
 pub use server::{Page, Serving, bind};
 pub use session::{Command, HARD, KICKS, PACES, Plan, Refused, Session, Watcher};

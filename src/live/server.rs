@@ -196,9 +196,8 @@ fn serve(
     shared: Arc<Shared>,
     mut over: watch::Receiver<bool>,
 ) -> std::io::Result<()> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .thread_name("page")
+    // On this thread alone: where there are no more, workers would end in a panic.
+    let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
     let served = runtime.block_on(async {

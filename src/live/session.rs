@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ear::Ear;
 use super::hub::Hub;
 use super::panel::{Board, Panel, Scribe};
-use super::recorder::{Recorder, Switch};
+use super::recorder::{Recorder, SavedFile, Switch};
 use super::screen::Screen;
 use crate::escape;
 use crate::pipeline::message::Summary;
@@ -240,7 +240,7 @@ impl Session {
             }
             let (switch, board) = (Arc::clone(&self.switch), Arc::clone(&self.board));
             sinks.push(Box::new(Recorder::new(switch, board, scene.record)));
-            if let Some(wav) = wav {
+            if let Some(wav) = wav.clone() {
                 let header = run.header(&self.command);
                 let heard = WavSink::new(wav, self.source, &header, 1.0);
                 sinks.push(Box::new(heard.map_err(sink)?));
@@ -265,6 +265,12 @@ impl Session {
             };
             let ran = drive(run, &self.command, &mut tee, monitor);
             self.current().helm = None;
+            if let Some(wav) = wav {
+                let outcome = ran.as_ref().map(|_| ());
+                let outcome =
+                    outcome.map_err(|_| "the run failed, so that there is nothing".into());
+                self.switch.note(wav, outcome);
+            }
             last = Some(ran?);
         }
     }
@@ -278,6 +284,14 @@ impl Session {
             // It may just have ended by itself.
             let _ = helm.order(Order::End);
         }
+    }
+
+    /// What has become of the files that were asked for, once the session has ended.
+    pub fn saved(&self) -> Vec<SavedFile> {
+        let mut saved = self.switch.take_saved();
+        let wav = self.current().wav.take();
+        saved.extend(wav.map(SavedFile::never_begun));
+        saved
     }
 
     /// Tells everybody something.
@@ -360,7 +374,8 @@ impl Session {
                 Order::End
             }
             Command::Record => {
-                self.switch.on();
+                let begun = self.switch.on();
+                begun.map_err(|fault| Refused(fault.to_string()))?;
                 return Ok(());
             }
             Command::StopRecording => {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines};
+use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 
 use super::{
     due::Due,
@@ -11,7 +11,7 @@ use super::{
     plot::{Axes, Bounds},
     portrait::Field,
     samples::{Rows, name_series},
-    stream,
+    stream::{self, RecordingStream},
     style::{self, FullScale, Quantity, short},
     text,
 };

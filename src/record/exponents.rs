@@ -1,13 +1,13 @@
 //! Lyapunov exponents as they converge: in time, as a spectrum with errors, and in words.
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, Scalars, SeriesLines};
+use rerun::{Color, LineStrips2D, Points2D, Radius, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,
     paths::{self, Root},
     plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{self, FullScale, short},
     text,
 };

@@ -1,12 +1,12 @@
 //! How the run is doing: how accurate its steps are, what they cost, what waits.
 
-use rerun::{RecordingStream, Scalars};
+use rerun::Scalars;
 
 use super::{
     error::RecordError,
     paths,
     samples::name_series,
-    stream,
+    stream::{self, RecordingStream},
     style::{self, short},
     text,
 };

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines};
+use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 
 use super::{
     error::RecordError,
@@ -11,7 +11,8 @@ use super::{
     plot::{self, Axis, Bounds, Plot},
     samples::{Rows, name_series},
     spectrum::SpectrumPlot,
-    stream, style, text,
+    stream::{self, RecordingStream},
+    style, text,
 };
 use crate::{
     analysis::range,
@@ -203,7 +204,7 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(5.0)])
         .with_draw_order(1.0);
-    Ok(rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)?)
+    rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)
 }
 
 /// The computed frequencies of the modes that grow, as lines across the spectrum.
@@ -226,7 +227,7 @@ fn draw_modes(
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.8)])
         .with_draw_order(-0.5);
-    Ok(rec.log_static(paths::SPECTRUM_COMPUTED, &lines)?)
+    rec.log_static(paths::SPECTRUM_COMPUTED, &lines)
 }
 
 #[cfg(test)]

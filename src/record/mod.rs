@@ -9,6 +9,9 @@
 //! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
 //! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
 //!   row; pictures go one by one at a fixed size.
+//! * Threads: none of Rerun's recording stream, see `stream`; a file has one of its own, which ends with it.
+//!   So a long session of recordings keeps neither threads nor memory, and the variable `RERUN`, which turns
+//!   Rerun's streams off, has no effect.
 //! * Safety: the file is written beside its place and renamed at the end ([`RerunSink`]), so an
 //!   existing recording is never replaced by a failed run.
 //!
@@ -72,6 +75,7 @@ mod tests;
 
 pub use audience::{Audience, Piece};
 pub use error::RecordError;
+pub(crate) use part_file::PartFile;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 

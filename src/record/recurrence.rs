@@ -6,15 +6,15 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, Clear, RecordingStream, SegmentationImage, Transform3D,
-    components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, Clear, SegmentationImage, Transform3D, components::ImageFormat,
+    datatypes::ChannelDatatype,
 };
 
 use super::{
     error::RecordError,
     paths::{self, Root},
     plot::{Axis, Bounds, Plot},
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{ColorMap, Quantity},
 };
 

@@ -2,13 +2,10 @@
 
 use std::{
     fmt,
-    mem::{self, ManuallyDrop},
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
 };
-
-use rerun::{RecordingStream, sink::LogSink};
 
 use super::{
     audience::{Audience, ToAudience},
@@ -18,6 +15,7 @@ use super::{
     file_stream,
     part_file::PartFile,
     rrd_file::RrdFile,
+    stream::{MessageSink, RecordingStream},
     viewer::{self, Feed, Live},
 };
 use crate::{
@@ -33,8 +31,6 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
-/// How long a flush to a viewer may take: that it is stuck is told by its own thread, much earlier.
-const FOREVER: Duration = Duration::from_secs(24 * 3600);
 
 /// Where a recording goes; file and viewer may be given together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,15 +47,15 @@ pub struct Output {
 ///
 /// The file appears under its name only after [`Sink::finish`], which an interrupted run calls
 /// too. A viewer is fed from the file where there is one: if it goes, the run goes on, and if it
-/// comes back, it is sent everything. After a failure the stream is leaked on purpose: dropping it
-/// waits for a disk or viewer that may never answer.
+/// comes back, it is sent everything. Whatever becomes of it, its threads end with it; only a disk or a
+/// viewer that does not answer keeps the one that waits for it.
 #[derive(Debug)]
 pub struct RerunSink {
-    rec: ManuallyDrop<RecordingStream>,
+    rec: RecordingStream,
     end: End,
     spec: RecordSpec,
     encoder: Option<Encoder>,
-    /// When samples were last sent without waiting for more of them.
+    /// When what waits for more of its kind was last sent.
     sent: Instant,
     flushed: Instant,
     notice: Notice,
@@ -132,7 +128,7 @@ impl RerunSink {
         let end = match (&output.save, address) {
             (Some(path), address) => {
                 let part = PartFile::create(path)?;
-                let rrd = file_stream::sink(&part)?;
+                let rrd = file_stream::begin(&part)?;
                 let feed = address.map(|address| Feed::start(part.part(), address));
                 let feed = feed.transpose()?;
                 End::File { part, rrd, feed }
@@ -141,6 +137,16 @@ impl RerunSink {
             (None, None) => return Err(RecordError::NoOutput),
         };
         Self::ending(end, spec)
+    }
+
+    /// Records into a file whose name is reserved.
+    ///
+    /// # Errors
+    /// [`RecordError::Create`].
+    pub fn into_reserved(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
+        let rrd = file_stream::begin(&part)?;
+        let feed = None;
+        Self::ending(End::File { part, rrd, feed }, spec)
     }
 
     /// Hands the recording to an audience; nothing is kept.
@@ -156,14 +162,13 @@ impl RerunSink {
     }
 
     fn ending(end: End, spec: RecordSpec) -> Result<Self, RecordError> {
-        let sink: Box<dyn LogSink> = match &end {
-            End::File { rrd, .. } => Box::new(rrd.clone()),
-            End::Viewer(live) => Box::new(live.clone()),
-            End::Audience(audience) => Box::new(audience.clone()),
+        let sink: Arc<dyn MessageSink> = match &end {
+            End::File { rrd, .. } => Arc::new(rrd.writer()),
+            End::Viewer(live) => Arc::new(live.clone()),
+            End::Audience(audience) => Arc::new(audience.clone()),
         };
-        let rec = file_stream::open(APPLICATION, sink, end.is_watched())?;
         Ok(Self {
-            rec: ManuallyDrop::new(rec),
+            rec: RecordingStream::new(APPLICATION, sink)?,
             end,
             spec,
             encoder: None,
@@ -205,7 +210,15 @@ impl RerunSink {
         self.told_away = away;
     }
 
-    fn start(&mut self, header: &Header) -> Result<(), RecordError> {
+    /// A broken stream is never touched again, not even to flush it.
+    fn or_broken(&mut self, result: Result<(), RecordError>) -> Result<(), SinkError> {
+        if result.is_err() {
+            self.encoder = None;
+        }
+        Ok(result?)
+    }
+
+    fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
         let header = Arc::new(shown(header));
         blueprint::send(&self.rec, &header, self.spec)?;
         self.encoder = Some(Encoder::new(&self.rec, header, self.spec)?);
@@ -216,11 +229,18 @@ impl RerunSink {
         if let Record::Header(header) = record {
             return self.start(header);
         }
-        let patience = file_stream::lag(self.end.is_watched());
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
         encoder.accept(&self.rec, record)?;
-        if self.sent.elapsed() >= patience {
+        self.send_due()
+    }
+
+    /// Sends what has waited long enough, and looks now and then whether it arrives.
+    fn send_due(&mut self) -> Result<(), RecordError> {
+        if let Some(encoder) = &mut self.encoder
+            && self.sent.elapsed() >= file_stream::lag(self.end.is_watched())
+        {
             encoder.send_waiting(&self.rec)?;
+            self.rec.send_waiting()?;
             self.sent = Instant::now();
             self.look_after_viewer();
         }
@@ -233,15 +253,9 @@ impl RerunSink {
     /// Pushes everything out, and learns of faults: logging itself never reports one.
     fn flush(&mut self) -> Result<(), RecordError> {
         let result = match &self.end {
-            End::File { part, .. } => file_stream::flush(&self.rec, part),
-            End::Audience(_) => Ok(()),
-            End::Viewer(live) => {
-                let flushed = self.rec.flush_with_timeout(FOREVER);
-                match live.fault() {
-                    Some(fault) => Err(fault),
-                    None => flushed.map_err(|error| RecordError::Encode(error.to_string())),
-                }
-            }
+            End::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
+            End::Audience(_) => self.rec.send_waiting(),
+            End::Viewer(live) => self.rec.send_waiting().and_then(|()| live.flush()),
         };
         self.flushed = Instant::now();
         result
@@ -252,14 +266,9 @@ impl RerunSink {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
-        match &self.end {
+        match &mut self.end {
             End::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
-            End::Viewer(_) => self.flush(),
-            // Nobody waits, but what the stream holds back is to be heard.
-            End::Audience(_) => {
-                let flushed = self.rec.flush_with_timeout(FOREVER);
-                flushed.map_err(|error| RecordError::Encode(error.to_string()))
-            }
+            End::Viewer(_) | End::Audience(_) => self.flush(),
         }
     }
 
@@ -324,22 +333,19 @@ impl Drop for RerunSink {
         if let Some(feed) = self.end.feed() {
             feed.end();
         }
-        // An audience never holds up anything, so that the stream's threads can be waited for.
-        if matches!(self.end, End::Audience(_)) {
-            let rec = ManuallyDrop::new(RecordingStream::disabled());
-            drop(ManuallyDrop::into_inner(mem::replace(&mut self.rec, rec)));
-        }
     }
 }
 
 impl Sink for RerunSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let result = self.take(&record);
-        if result.is_err() {
-            // A broken stream is never touched again, not even to flush it.
-            self.encoder = None;
-        }
-        Ok(result?)
+        let taken = self.take(&record);
+        self.or_broken(taken)
+    }
+
+    /// What waits for more of its kind is seen although none comes.
+    fn idle(&mut self) -> Result<(), SinkError> {
+        let sent = self.send_due();
+        self.or_broken(sent)
     }
 
     fn delivery(&self) -> Delivery {

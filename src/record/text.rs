@@ -1,11 +1,12 @@
 //! The words beside the pictures.
 
-use rerun::{RecordingStream, TextDocument, TextLog, TextLogLevel};
+use rerun::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
 
 use super::{
     RERUN_VERSION,
     error::RecordError,
-    paths, stream,
+    paths,
+    stream::{self, RecordingStream},
     style::{self, Quantity},
 };
 use crate::escape;
@@ -147,7 +148,8 @@ impl<'a> From<&'a Header> for Origin<'a> {
 
 /// Properties of the recording: versions, scene, command.
 pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), RecordError> {
-    rec.send_recording_name(&*escape::line(origin.name))?;
+    let name = RecordingInfo::update_fields().with_name(&*escape::line(origin.name));
+    rec.log_static(EntityPath::properties(), &name)?;
     let fields = [
         ("scene", origin.scene),
         ("scene_text", origin.scene_text),
@@ -161,7 +163,8 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
             run.with_component::<rerun::components::Text>(name, [value.to_owned()])
         },
     );
-    Ok(rec.send_property(paths::RUN_PROPERTY, &run)?)
+    let path = EntityPath::properties().join(&EntityPath::from(paths::RUN_PROPERTY));
+    rec.log_static(path, &run)
 }
 
 /// What is known before the first frame.

@@ -1,18 +1,15 @@
 //! The screen of what accuracy costs: a tab a knob.
 
-use rerun::{
-    RecordingStream,
-    blueprint::{
-        Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Tabs, TimePanel,
-        components::PanelState,
-    },
+use rerun::external::re_sdk_types::blueprint::{
+    archetypes::TimePanelBlueprint, components::PanelState,
 };
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::record::{
     cost::{self, CostView, KnobView, Scope},
     error::RecordError,
     paths::{self, Root},
+    stream::RecordingStream,
     style::capital,
 };
 
@@ -25,14 +22,9 @@ pub fn send(rec: &RecordingStream, cost: &CostView, scopes: &[Scope]) -> Result<
         .collect();
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.extend(tab("About", Some(about)));
-    let blueprint = Blueprint::new(Tabs::new(tabs))
-        .with_auto_layout(false)
-        .with_auto_views(false)
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
-        // Nothing changes with time.
-        .with_time_panel(TimePanel::new().with_state(PanelState::Hidden));
-    layout.send(rec, cost::APPLICATION, &blueprint)
+    // Nothing changes with time.
+    let time_panel = TimePanelBlueprint::new().with_state(PanelState::Hidden);
+    layout.send(rec, tabs, &time_panel)
 }
 
 impl Layout {

@@ -1,8 +1,6 @@
 //! One picture of a knob: a curve a family, a point a setting.
 
-use rerun::{
-    Color, DynamicArchetype, LineStrips2D, Points2D, Radius, RecordingStream, components::Scalar,
-};
+use rerun::{Color, DynamicArchetype, LineStrips2D, Points2D, Radius, components::Scalar};
 
 use super::{
     scope::{Picture, color, common_floor, failing, floors, key, row},
@@ -12,6 +10,7 @@ use super::{
 use crate::record::{
     error::RecordError,
     paths::{self, Root},
+    stream::RecordingStream,
     style,
 };
 
@@ -125,7 +124,7 @@ fn floor(
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    Ok(rec.log_static(path, &label)?)
+    rec.log_static(path, &label)
 }
 
 /// White rims round the cheapest settings.
@@ -147,7 +146,7 @@ fn advised(
         .with_radii([Radius::new_ui_points(7.5)])
         .with_draw_order(1.0);
     let path = root.at(&paths::cost_advised(picture.work.path()));
-    Ok(rec.log_static(path, &rims)?)
+    rec.log_static(path, &rims)
 }
 
 /// The settings of a family in their order. A line that another may cover is wider, so that it is still
@@ -173,7 +172,7 @@ fn curve(
     let points = Points2D::new(places)
         .with_colors([color])
         .with_labels(settings.iter().map(|setting| words::point(family, setting)));
-    Ok(rec.log_static(root.at(&paths::cost_points(path, &family.name)), &points)?)
+    rec.log_static(root.at(&paths::cost_points(path, &family.name)), &points)
 }
 
 /// Crosses in a row of their own above all errors, and whose they are.
@@ -216,7 +215,7 @@ fn failures(
         .with_colors([color])
         .with_radii([Radius::new_ui_points(0.0)]);
     let path = root.at(&paths::cost_failed_words(path, &family.name));
-    Ok(rec.log_static(path, &label)?)
+    rec.log_static(path, &label)
 }
 
 /// The middle of words beside crosses: right of the last where there is room in the field, else left of

@@ -14,13 +14,12 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::RecordingStream;
-
 use super::{
     blueprint,
     error::RecordError,
     file_stream,
     paths::{self, Root},
+    stream::RecordingStream,
     text::{self, Origin},
 };
 pub(super) use draw::default_looks;

@@ -1,6 +1,6 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Radius, RecordingStream, SeriesPoints};
+use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Radius, SeriesPoints};
 
 use super::{
     scope::{Scope, tops},
@@ -18,7 +18,7 @@ use crate::{
         portrait::{self, Field},
         recurrence::{Picture, Recurrence},
         spectrum::{self, Spectrum},
-        stream::{self, Moment},
+        stream::{self, Moment, RecordingStream},
         style::{self, Quantity, Unit},
         text,
     },

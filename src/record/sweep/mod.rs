@@ -17,13 +17,13 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{RecordingStream, TimelineName};
+use rerun::TimelineName;
 
 use super::{
     blueprint,
     error::RecordError,
     file_stream, paths,
-    stream::Moment,
+    stream::{Moment, RecordingStream},
     text::{self, Origin},
 };
 use draw::{Draw, Frame};

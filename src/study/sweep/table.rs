@@ -20,6 +20,7 @@ use toml::Value;
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
+use crate::study::NoThread;
 
 /// Key of the schema's metadata under which the sweep says what it is ([`SweepPlan::identity`]).
 pub const IDENTITY: &str = "squeakscope sweep";
@@ -63,6 +64,9 @@ pub enum TableError {
         /// Why.
         source: io::Error,
     },
+    /// The sweep cannot be begun.
+    #[error(transparent)]
+    Begin(#[from] NoThread),
     /// The file was taken away while points were added to it.
     #[error(
         "`{path}` was removed or moved while the sweep was running, and what comes now would be lost; run again into a folder that stays"

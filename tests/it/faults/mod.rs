@@ -16,6 +16,7 @@ mod panics;
 mod signals;
 mod slow;
 mod studies;
+mod threads;
 mod viewers;
 
 use std::os::unix::process::CommandExt;

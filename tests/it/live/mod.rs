@@ -2,10 +2,12 @@
 //! real browser.
 
 mod browser;
+mod files;
+mod leaks;
 mod page;
 mod sockets;
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -28,8 +30,16 @@ struct Live {
 
 impl Live {
     fn start(scene: &str, more: &[&str]) -> Self {
+        Self::start_by(&[], scene, more)
+    }
+
+    /// Starts it by another program, which becomes it.
+    fn start_by(launcher: &[&str], scene: &str, more: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        let words = launcher.iter().copied();
+        let mut words = words.chain([env!("CARGO_BIN_EXE_squeakscope")]);
+        let mut child = Command::new(words.next().expect("a program"))
+            .args(words)
             .current_dir(folder.path())
             .args(["live", scene, "--serve", "--port", "0", "--no-keys"])
             .args(more)
@@ -56,6 +66,22 @@ impl Live {
 
     fn socket(&self, path: &str) -> Socket {
         Socket::open(&self.host, path)
+    }
+
+    /// Ends it as Ctrl-C does; the exit code, and what it said on the standard output and error.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let code = self.interrupt();
+        let text = |stream: Option<&mut dyn Read>| {
+            let mut text = String::new();
+            stream
+                .expect("piped")
+                .read_to_string(&mut text)
+                .expect("text");
+            text
+        };
+        let stdout = text(self.child.stdout.as_mut().map(|stream| stream as _));
+        let stderr = text(self.child.stderr.as_mut().map(|stream| stream as _));
+        (code, stdout, stderr)
     }
 
     /// Ends it as Ctrl-C does; the exit code.
