@@ -43,6 +43,7 @@ mod exponents;
 mod file_stream;
 mod health;
 mod lesson;
+mod messages;
 mod part_file;
 mod patch;
 pub mod paths;
@@ -72,6 +73,7 @@ mod tests;
 
 pub use audience::{Audience, Piece};
 pub use error::RecordError;
+pub use messages::Damage;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
