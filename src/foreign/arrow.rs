@@ -164,3 +164,65 @@ fn read_body(reader: &mut impl Read, length: i64) -> Result<Vec<u8>, ArrowFault>
     }
     read_exactly(reader, length)?.ok_or(ArrowFault::BreaksOff)
 }
+
+#[cfg(test)]
+mod tests {
+    use arrow_array::Float64Array;
+    use arrow_ipc::writer::StreamWriter;
+
+    use super::super::without_panic;
+    use super::*;
+
+    /// A stream of two batches.
+    fn stream() -> Vec<u8> {
+        let numbers: ArrayRef = Arc::new(Float64Array::from(vec![1.0, 2.0, 3.0]));
+        let batch = RecordBatch::try_from_iter([("x", numbers)]).unwrap();
+        let mut bytes = Vec::new();
+        let mut writer = StreamWriter::try_new(&mut bytes, batch.schema_ref()).unwrap();
+        writer.write(&batch).unwrap();
+        writer.write(&batch).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    /// The batches that can be read, and whether that is all there is.
+    fn read(bytes: &[u8]) -> (usize, bool) {
+        let read = without_panic(|| {
+            let mut stream = ArrowStream::new(bytes)?;
+            let mut count = 0;
+            while let Some(batch) = stream.next_batch().unwrap_or(None) {
+                assert_eq!(batch.num_rows(), 3);
+                count += 1;
+            }
+            Ok::<_, ArrowFault>((count, stream.next_batch().is_ok()))
+        });
+        read.and_then(Result::ok).unwrap_or((0, false))
+    }
+
+    #[test]
+    fn batches_are_read_with_and_without_an_end_mark() {
+        let bytes = stream();
+        assert_eq!(read(&bytes), (2, true));
+        assert_eq!(read(&bytes[..bytes.len() - 8]), (2, true));
+        assert_eq!(read(&bytes[..bytes.len() - 9]).0, 1);
+        assert_eq!(read(b""), (0, false));
+    }
+
+    #[test]
+    fn claims_beyond_the_stream_are_refused_before_anything_is_allocated() {
+        let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
+        for claim in [MAX_HEADER as u32 + 1, u32::MAX - 1] {
+            let refused = ArrowStream::new(&header(claim)[..]).err();
+            let Some(ArrowFault::Damaged(reason)) = refused else {
+                panic!("{claim} is taken: {refused:?}");
+            };
+            assert!(reason.contains("claims"), "{reason}");
+        }
+        for length in [-1, MAX_MESSAGE as i64 + 1, i64::MAX] {
+            let refused = read_body(&mut &stream()[..], length).err();
+            assert!(matches!(refused, Some(ArrowFault::Damaged(_))), "{length}");
+        }
+        let refused = read_body(&mut &stream()[..], MAX_MESSAGE as i64).err();
+        assert!(matches!(refused, Some(ArrowFault::BreaksOff)));
+    }
+}
