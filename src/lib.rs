@@ -31,6 +31,8 @@ pub mod analysis;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
+#[cfg(any(feature = "record", feature = "table"))]
+mod foreign;
 pub mod guide;
 pub mod import;
 pub mod joint;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write as _};
+use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,6 +16,7 @@ use super::report::{self, FileReport, Report, list_files};
 use super::study_args::CalibrateArgs;
 use crate::VERSION;
 use crate::escape;
+use crate::foreign::open_file;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
 use crate::study::paper::claims;
@@ -88,6 +89,10 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         Err(CliError::Interrupted)
     }
 }
+
+/// The longest line of a log that is read, bytes: the first has a scene's text, the others a few
+/// numbers.
+const MAX_LINE: u64 = 16 << 20;
 
 /// The first line of the log.
 #[derive(Serialize, Deserialize)]
@@ -165,11 +170,17 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
         path: path.to_owned(),
         reason: reason.to_owned(),
     };
-    let text = std::fs::read_to_string(path).map_err(|_| foreign("it is no text"))?;
-    let mut lines = text.lines();
+    let (file, _) = open_file(path).map_err(|error| foreign(&error.to_string()))?;
+    // A line that is too long or no text ends what is known, as one that broke off does.
+    let mut file = BufReader::new(file);
+    let mut lines = std::iter::from_fn(|| {
+        let mut line = String::new();
+        let read = (&mut file).take(MAX_LINE).read_line(&mut line);
+        read.is_ok_and(|count| count > 0).then_some(line)
+    });
     let head: Option<Head> = lines
         .next()
-        .and_then(|line| serde_json::from_str(line).ok());
+        .and_then(|line| serde_json::from_str(&line).ok());
     match head {
         None => Err(foreign("it is no log of a calibration")),
         Some(head) if head.squeakscope_calibration != identity => Err(foreign(
@@ -177,7 +188,7 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
         )),
         // The last line may have broken off.
         Some(_) => Ok(lines
-            .map_while(|line| serde_json::from_str(line).ok())
+            .map_while(|line| serde_json::from_str(&line).ok())
             .collect()),
     }
 }

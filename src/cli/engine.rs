@@ -19,7 +19,7 @@ use super::model::ModelFile;
 use super::paper;
 use super::paper_captions as captions;
 use super::progress::{Progress, Teller};
-use super::report::{CauseReport, ModeReport};
+use super::report::{CauseReport, ModeReport, print_warning};
 use super::run::{Job, Viewer};
 use super::sweep;
 use super::sweep_view::{body_view, sweep_view};
@@ -430,6 +430,18 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
         return Ok(signal?);
     }
     let series = read_series(path, selection.column.as_deref())?;
+    if let Some(damage) = &series.damage {
+        let length = match (series.times.first(), series.times.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        };
+        print_warning(&format!(
+            "{} is damaged or breaks off at {damage}; what follows is lost, and {} samples of `{}` over {length:.6} s are read",
+            path.display(),
+            series.values.len(),
+            series.name
+        ));
+    }
     let table = Table {
         columns: vec![Column::new(series.name, &series.unit, series.values)],
         clock: Clock::Times {

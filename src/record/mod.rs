@@ -46,6 +46,7 @@ mod exponents;
 mod file_stream;
 mod health;
 mod lesson;
+mod messages;
 mod part_file;
 mod patch;
 pub mod paths;
@@ -75,6 +76,7 @@ mod tests;
 
 pub use audience::{Audience, Piece};
 pub use error::RecordError;
+pub use messages::Damage;
 pub(crate) use part_file::PartFile;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};

@@ -10,6 +10,7 @@ const EDGES: &[(&str, &[&str])] = &[
     ("memory", &[]),
     ("analysis", &["memory"]),
     ("numpy", &["memory"]),
+    ("foreign", &[]),
     ("joint", &["fem", "dynamics", "numpy"]),
     ("systems", &["dynamics"]),
     (
@@ -25,14 +26,14 @@ const EDGES: &[(&str, &[&str])] = &[
     (
         "record",
         &[
-            "analysis", "dynamics", "pipeline", "scene", "export", "import",
+            "analysis", "dynamics", "pipeline", "scene", "export", "foreign", "import",
         ],
     ),
     (
         "study",
         &[
             "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "export", "import", "memory",
+            "export", "foreign", "import", "memory",
         ],
     ),
     (
@@ -48,7 +49,7 @@ const EDGES: &[(&str, &[&str])] = &[
         "cli",
         &[
             "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "study", "export", "import", "figure", "sound", "live",
+            "study", "export", "foreign", "import", "figure", "sound", "live",
         ],
     ),
 ];
@@ -141,8 +142,8 @@ fn foreign_things_stay_in_their_room() {
         // A viewer may be stuck for ever, and so has a thread that can be left behind.
         ("std::thread", "pipeline study record live"),
         ("crossbeam_channel::", "pipeline study record"),
-        ("arrow_array::", "study"),
-        ("arrow_ipc::", "study"),
+        ("arrow_array::", "foreign study"),
+        ("arrow_ipc::", "foreign study"),
         ("serde_arrow::", "study"),
         ("csv::Writer", "study"),
         ("faer::", "fem joint"),

@@ -6,6 +6,8 @@ mod campaign;
 #[cfg(feature = "cli")]
 mod cli;
 mod convergence;
+#[cfg(feature = "cli")]
+mod damage;
 mod equations;
 mod exponents;
 mod export;
@@ -21,6 +23,8 @@ mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod mechanisms;
+#[cfg(feature = "cli")]
+mod mutants;
 mod own_modes;
 mod pipeline;
 mod scenes;
