@@ -158,7 +158,7 @@ fn little_memory_ends_in_an_error() {
         "analyse s.csv --rate 1000 --save a.rrd",
     ] {
         let ended = cramped(folder.path(), 300_000, words);
-        ended.said(1, &["a recording needs 512 MB of address space"]);
+        ended.said(1, &["a recording needs 640 MB of address space"]);
         assert_eq!(ended.stderr.matches("error").count(), 1, "{}", ended.stderr);
         assert_eq!(names(folder.path()), ["s.csv"], "{words}");
     }
