@@ -68,6 +68,8 @@ mod viewer;
 #[cfg(test)]
 mod demo;
 #[cfg(test)]
+mod shown_tests;
+#[cfg(test)]
 mod tests;
 
 pub use audience::{Audience, Piece};
