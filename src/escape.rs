@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 
 /// Whether a character is not shown itself, but changes how other text is shown.
-fn is_hidden(c: char) -> bool {
+pub(crate) fn is_hidden(c: char) -> bool {
     c.is_control()
         // Line and paragraph separators; marks, embeddings, overrides and isolates of a direction.
         || matches!(c, '\u{2028}' | '\u{2029}' | '\u{61c}' | '\u{200e}' | '\u{200f}')
@@ -51,6 +51,37 @@ pub(crate) fn lines(text: &str) -> Cow<'_, str> {
         shown.push_str(&piece[body.len()..]);
     }
     Cow::Owned(shown)
+}
+
+/// A path on one line.
+#[cfg(feature = "cli")]
+pub(crate) fn path(path: &std::path::Path) -> String {
+    line(&path.to_string_lossy()).into_owned()
+}
+
+/// A text of our own with names in it, each of them escaped: as [`lines`], but colours stay.
+#[cfg(feature = "cli")]
+pub(crate) fn terminal(text: &str) -> String {
+    let mut pieces = text.split('\u{1b}');
+    let mut shown = lines(pieces.next().unwrap_or_default()).into_owned();
+    for piece in pieces {
+        let codes = piece
+            .strip_prefix('[')
+            .and_then(|rest| rest.split_once('m'));
+        let is_code = |c: char| c.is_ascii_digit() || c == ';';
+        let rest = match codes.filter(|(codes, _)| codes.chars().all(is_code)) {
+            Some((codes, rest)) => {
+                shown.extend(["\u{1b}[", codes, "m"]);
+                rest
+            }
+            None => {
+                shown.push_str("\\u001b");
+                piece
+            }
+        };
+        shown.push_str(&lines(rest));
+    }
+    shown
 }
 
 /// A name as Markdown: on one line, and without any meaning there.
@@ -111,6 +142,14 @@ mod tests {
         }
         assert_eq!(lines("a\tb\r\nc\u{9b}d\re\n\n"), "a\tb\nc\\u009bd\\re\n\n");
         assert!(matches!(lines("a\tb\nc"), Cow::Borrowed(_)));
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn only_colours_reach_a_terminal() {
+        let text = "\u{1b}[1;31mred\u{1b}[0m\n\u{1b}[2J\u{1b}]0;title\u{7}\u{1b}";
+        let shown = "\u{1b}[1;31mred\u{1b}[0m\n\\u001b[2J\\u001b]0;title\\u0007\\u001b";
+        assert_eq!(terminal(text), shown);
     }
 
     #[cfg(feature = "record")]

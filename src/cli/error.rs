@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::output::OutputError;
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
+use crate::fem::FemError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
@@ -251,11 +252,16 @@ fn is_impossible(cause: &(dyn Error + 'static)) -> bool {
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
     // More exponents than there are.
     let width = matches!(cause.downcast_ref(), Some(DynamicsError::Width { .. }));
+    // Another machine may have the memory.
+    let memory = matches!(
+        cause.downcast_ref(),
+        Some(AssemblyError::Body(FemError::Memory { .. }))
+    );
     // Nothing there to listen to.
     let surface = cause.is::<NoSurface>();
     step || width
         || surface
-        || cause.is::<AssemblyError>()
+        || cause.is::<AssemblyError>() && !memory
         || cause.source().is_some_and(is_impossible)
 }
 

@@ -8,6 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use super::audit;
+use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::live_args::LiveArgs;
@@ -15,6 +17,7 @@ use super::output::{OutputFile, check_all};
 use super::report;
 use super::run::command_line;
 use super::terminal::Terminal;
+use crate::escape;
 use crate::live::{Bands, PACES, Page, Plan, Running, SavedFile, Session, Watcher, bind};
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
@@ -34,11 +37,12 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    if args.strict && !report::is_audited(&scene) {
+    if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
+    engine::check_memory()?;
     let page = match plan.watcher {
         Watcher::Page => Some(
             bind(args.host, args.port).map_err(|source| CliError::Serve {
@@ -85,9 +89,9 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let interrupted = stop.load(Ordering::Relaxed);
     match summary {
         Some(summary) if interrupted => {
-            report::judge(&summary, false).and(Err(CliError::Interrupted))
+            audit::judge(&summary, false).and(Err(CliError::Interrupted))
         }
-        Some(summary) => report::judge(&summary, args.strict),
+        Some(summary) => audit::judge(&summary, args.strict),
         None => Ok(()),
     }
 }
@@ -101,7 +105,7 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
             Err(fault) => Err(format!("it was complete, but is there no longer: {fault}").into()),
         });
         match there {
-            Ok(()) => report::print(&format!("{}\n", report::shown_path(&path)))?,
+            Ok(()) => report::print(&format!("{}\n", escape::path(&path)))?,
             Err(source) => {
                 if let Err(earlier) = &delivered {
                     report::print_error(earlier);
@@ -201,7 +205,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         ],
     )?;
     // A name that nobody has: whether there can be recordings at all.
-    OutputFile::check(&args.folder.join("live-1.rrd"), "--folder")?;
+    OutputFile::check(&args.folder.join("live-0.rrd"), "--folder")?;
     Ok(Plan {
         scene,
         command: command_line(),

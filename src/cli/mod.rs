@@ -14,6 +14,7 @@
 
 mod analyse;
 pub mod args;
+pub mod audit;
 pub mod basins;
 pub mod calibrate;
 pub mod cost;

@@ -428,10 +428,11 @@ mod tests {
         }
         check_directory(folder.path(), "--png", &["new.png"]).expect("free");
         let long = folder.path().join("x".repeat(255));
+        let longer = folder.path().join("x".repeat(256));
         for refused in [
             OutputFile::check(&long, "--png").map(drop),
-            check_directory(&long, "--png", &["new.png"]),
-            check_directory(&long.join("new"), "--png", &["new.png"]),
+            check_directory(&longer, "--png", &["new.png"]),
+            check_directory(&longer.join("new"), "--png", &["new.png"]),
         ] {
             let refused = refused.expect_err("too long");
             assert!(

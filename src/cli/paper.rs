@@ -9,9 +9,10 @@ use std::sync::atomic::AtomicBool;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::interrupt;
-use super::output::{OutputFile, check_directory};
+use super::output::{OutputFile, check_all, check_directory};
 use super::report::{FileReport, Report, list_files};
 use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{
@@ -92,6 +93,14 @@ fn execute(
     let tables = [PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned);
     let names = [picture_names(&figures), tables.to_vec()].concat();
     check_directory(&args.out, "--out", &names)?;
+    let scene_file = args.scene.as_deref().map(OsStr::new);
+    // One in the directory that is still to be made is checked there.
+    let json = args.json.as_deref();
+    let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
+    check_all(scene_file, [("--json", json)])?;
+    if args.only.is_none() {
+        engine::check_memory()?;
+    }
     interrupt::work_begins();
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
         doing: "making of the directory",
@@ -103,7 +112,7 @@ fn execute(
         save: args.only.is_none().then(|| args.out.join(RECORDING)),
         json: args.json.clone(),
     };
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs, &[])?;
+    let files = Files::check(scene_file, &outputs, &[])?;
     // What a run before has found need not be found again.
     let work = WorkArgs {
         resume: true,

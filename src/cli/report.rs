@@ -6,11 +6,12 @@
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
+use super::audit::AuditReport;
 use super::error::CliError;
 use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
@@ -23,9 +24,6 @@ use crate::study::growth::peak_memory;
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 const NAME: Style = Style::new().bold();
-
-/// Relative residual of the energy audit beyond which a result may be wrong.
-const AUDIT_LIMIT: f64 = 0.05;
 
 /// A result that can be shown and written.
 pub trait Report: Serialize {
@@ -160,63 +158,6 @@ pub struct RunReport {
     pub heard: Option<String>,
     /// Files written.
     pub files: Vec<FileReport>,
-}
-
-/// Whether energy and work agree.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct AuditReport {
-    /// Relative residual at the end; `null` where it is not finite.
-    pub residual: f64,
-    /// The largest that passes.
-    pub limit: f64,
-    /// Whether it does.
-    pub holds: bool,
-}
-
-impl AuditReport {
-    /// The audit of a run, if there was one.
-    pub fn of(summary: &Summary) -> Option<Self> {
-        summary.audit.map(|residual| Self {
-            residual,
-            limit: AUDIT_LIMIT,
-            holds: residual <= AUDIT_LIMIT,
-        })
-    }
-
-    /// What is wrong, if it does not hold, and what to do.
-    fn fault(&self) -> Option<String> {
-        (!self.holds).then(|| {
-            format!(
-                "energy and work do not agree (residual {:.2}, at most {} passes), so the motion may be wrong; \
-                 choose a smaller time.max_step_us or time.tolerance",
-                self.residual, self.limit
-            )
-        })
-    }
-}
-
-/// Whether the energy of a scene is audited while it runs.
-pub(super) fn is_audited(scene: &Scene) -> bool {
-    scene.joint().is_ok() && scene.record.energy_rate > 0.0
-}
-
-/// Says on the standard error where the energy audit of a run does not hold.
-///
-/// # Errors
-/// Where `strict`: if it does not hold, or there was none.
-pub(super) fn judge(summary: &Summary, strict: bool) -> Result<(), CliError> {
-    match (AuditReport::of(summary), strict) {
-        (None, true) => Err(CliError::NotAudited),
-        (None, false) => Ok(()),
-        (Some(audit), _) => match (audit.fault(), strict) {
-            (None, _) => Ok(()),
-            (Some(reason), true) => Err(CliError::Audit { reason }),
-            (Some(reason), false) => {
-                print_warning(&reason);
-                Ok(())
-            }
-        },
-    }
 }
 
 /// A line of a spectrum.
@@ -367,7 +308,7 @@ impl Report for RunReport {
             let _ = writeln!(
                 text,
                 "  {} ({:.1} MB)",
-                shown_path(&file.path),
+                escape::path(&file.path),
                 file.bytes as f64 / 1e6
             );
         }
@@ -516,7 +457,7 @@ impl Report for ModelReport {
             escape::line(&self.scene),
             self.nodes,
             self.modes,
-            shown_path(&self.file.path),
+            escape::path(&self.file.path),
             self.file.bytes
         )
     }
@@ -526,7 +467,7 @@ impl Report for ModelReport {
 pub(super) fn list_files(text: &mut String, files: &[FileReport]) {
     for file in files {
         let size = file.bytes as f64 / 1e3;
-        let _ = writeln!(text, "  {} ({size:.1} kB)", shown_path(&file.path));
+        let _ = writeln!(text, "  {} ({size:.1} kB)", escape::path(&file.path));
     }
 }
 
@@ -576,7 +517,7 @@ pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut out = anstream::stdout().lock();
     match out
-        .write_all(styled(text).as_bytes())
+        .write_all(escape::terminal(text).as_bytes())
         .and_then(|()| out.flush())
     {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -584,36 +525,6 @@ pub fn print(text: &str) -> Result<(), OutputError> {
         }
         _ => Ok(()),
     }
-}
-
-/// A text with nothing in it that a terminal obeys but colours and line breaks. Where a name goes into a text,
-/// [`escape::line`] takes these, too.
-fn styled(text: &str) -> String {
-    let mut pieces = text.split('\u{1b}');
-    let mut shown = escape::lines(pieces.next().unwrap_or_default()).into_owned();
-    for piece in pieces {
-        let codes = piece
-            .strip_prefix('[')
-            .and_then(|rest| rest.split_once('m'));
-        let is_digit = |c: char| c.is_ascii_digit() || c == ';';
-        let rest = match codes.filter(|(codes, _)| codes.chars().all(is_digit)) {
-            Some((codes, rest)) => {
-                let _ = write!(shown, "\u{1b}[{codes}m");
-                rest
-            }
-            None => {
-                shown.push_str("\\u001b");
-                piece
-            }
-        };
-        shown.push_str(&escape::lines(rest));
-    }
-    shown
-}
-
-/// A path as a text shows it.
-pub(super) fn shown_path(path: &Path) -> String {
-    escape::line(&path.to_string_lossy()).into_owned()
 }
 
 /// Prints warnings to the standard error.

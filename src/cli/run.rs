@@ -7,11 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::RunArgs;
+use super::audit;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all};
 use super::progress::{Progress, Teller};
 use super::report::{self, FileReport, RunReport};
+use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::sound::Source;
@@ -73,7 +75,7 @@ fn execute(
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    if args.strict && !report::is_audited(&scene) {
+    if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
     let [save, npz, wav, json] = check_all(
@@ -125,8 +127,8 @@ fn execute(
         ))?;
     }
     match summary.interrupted {
-        true => report::judge(&summary, false).and(Err(CliError::Interrupted)),
-        false => report::judge(&summary, args.strict),
+        true => audit::judge(&summary, false).and(Err(CliError::Interrupted)),
+        false => audit::judge(&summary, args.strict),
     }
 }
 
@@ -173,7 +175,7 @@ pub(super) fn command_line() -> String {
 
 /// A path as one word of a shell.
 pub(super) fn shown(path: &Path) -> String {
-    let path = report::shown_path(path);
+    let path = escape::path(path);
     match path.contains(char::is_whitespace) {
         true => format!("\"{path}\""),
         false => path,

@@ -11,6 +11,7 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use ratatui::{DefaultTerminal, Frame};
 
 use super::plain;
+use crate::escape;
 use crate::live::{Command, HARD, PACES, Panel, Session};
 
 /// How much a key tilts, degrees; with Shift, five times as much.
@@ -230,6 +231,13 @@ fn draw(
                 PgUp PgDn words  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
+    // The library leaves out control characters, but not those that turn a line round.
+    for cell in &mut frame.buffer_mut().content {
+        if cell.symbol().contains(escape::is_hidden) {
+            let seen = cell.symbol().replace(escape::is_hidden, "");
+            cell.set_symbol(&seen);
+        }
+    }
 }
 
 fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
@@ -394,6 +402,29 @@ mod tests {
         assert_eq!(interrupt, Asked::Told(Told::Interrupt));
         assert_eq!(press(KeyCode::Char('x'), none), Asked::Nothing);
         assert_eq!(press(KeyCode::PageDown, none), Asked::Scroll(5));
+    }
+
+    /// Whatever a scene's file says, nothing but what is seen goes to the terminal.
+    #[test]
+    fn foreign_text_is_not_obeyed() {
+        let evil = || "a\u{1b}[2J\u{9b}1m\u{202e}b\u{2066}c\nd".to_owned();
+        let panel = Panel {
+            scene: evil(),
+            title: evil(),
+            words: evil(),
+            recording: Some(evil()),
+            regime: Some(evil()),
+            ..panel()
+        };
+        let mut terminal = ratatui::Terminal::new(TestBackend::new(100, 30)).unwrap();
+        let told = evil();
+        terminal
+            .draw(|frame| draw(frame, &panel, Some(&told), Some(&told), &mut 0))
+            .unwrap();
+        let cells = &terminal.backend().buffer().content;
+        let hidden = |c: char| c.is_control() || "\u{202e}\u{2066}".contains(c);
+        let found = cells.iter().find(|cell| cell.symbol().contains(hidden));
+        assert!(found.is_none(), "{found:?}");
     }
 
     #[test]

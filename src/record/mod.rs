@@ -72,6 +72,8 @@ mod viewer;
 #[cfg(test)]
 mod demo;
 #[cfg(test)]
+mod shown_tests;
+#[cfg(test)]
 mod tests;
 
 pub use audience::{Audience, Piece};
@@ -82,7 +84,7 @@ pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
 /// Address space that a recording may take, bytes. Its threads reserve nearly all of it; little is ever used.
-const ADDRESS_SPACE: usize = 512 << 20;
+const ADDRESS_SPACE: usize = 640 << 20;
 
 /// Makes sure that there is memory for a recording.
 ///

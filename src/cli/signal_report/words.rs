@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anstyle::Style;
 
 use super::AnalyseReport;
-use crate::cli::report::{Report, shown_path};
+use crate::cli::report::Report;
 use crate::escape;
 
 const NAME: Style = Style::new().bold();
@@ -24,7 +24,7 @@ impl Report for AnalyseReport {
         }
         for file in &self.files {
             let megabytes = file.bytes as f64 / 1e6;
-            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", shown_path(&file.path));
+            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", escape::path(&file.path));
         }
         text
     }
@@ -38,7 +38,7 @@ impl AnalyseReport {
             text,
             "{NAME}{}{NAME:#} {FAINT}{}{FAINT:#}",
             escape::line(&facts.name),
-            shown_path(&self.file)
+            escape::path(&self.file)
         );
         let _ = writeln!(
             text,

@@ -156,9 +156,10 @@ fn little_memory_ends_in_an_error() {
         "cost --out cost",
         "paper --out paper",
         "analyse s.csv --rate 1000 --save a.rrd",
+        "live --no-keys --serve --port 0",
     ] {
         let ended = cramped(folder.path(), 300_000, words);
-        ended.said(1, &["a recording needs 512 MB of address space"]);
+        ended.said(1, &["a recording needs 640 MB of address space"]);
         assert_eq!(ended.stderr.matches("error").count(), 1, "{}", ended.stderr);
         assert_eq!(names(folder.path()), ["s.csv"], "{words}");
     }
@@ -169,6 +170,19 @@ fn little_memory_ends_in_an_error() {
         "sweep torus-3deg --tilt 2:3:1 --most 50 --measure 5 --exponents 0 --threads 2 --out b.arrow",
     ] {
         cramped(folder.path(), 300_000, words).said(0, &[]);
+    }
+    // As many elements as there may be.
+    let text = squeakscope::scene::preset("periodic-2deg")
+        .expect("preset")
+        .text;
+    let text = text.replace("[body] ", "[body]\nelement_size_mm = 1.4 #");
+    std::fs::write(folder.path().join("fine.toml"), text).expect("written");
+    for words in [
+        "model fine.toml --out m.npz",
+        "stability fine.toml --tilt 2",
+    ] {
+        let ended = cramped(folder.path(), 300_000, words);
+        ended.said(1, &["the finite elements take about", "larger elements"]);
     }
     // Windows of ten seconds at 2 MHz.
     let scene = squeakscope::scene::preset("impact-oscillator")
