@@ -436,7 +436,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
             _ => 0.0,
         };
         print_warning(&format!(
-            "{} is damaged or breaks off at {damage}; what follows is lost, and {} samples of `{}` over {length:.6} s are read",
+            "{} is damaged at {damage}; the {} samples of `{}` before that, {length:.6} s, are read",
             path.display(),
             series.values.len(),
             series.name

@@ -17,7 +17,7 @@ use arrow_ipc::{MessageHeader, root_as_message_with_opts};
 use arrow_schema::{Schema, SchemaRef};
 use flatbuffers::VerifierOptions;
 
-use super::read_exactly;
+use super::{brief, read_exactly};
 
 /// The largest body of a message, bytes.
 pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
@@ -51,12 +51,12 @@ impl fmt::Display for ArrowFault {
 
 impl From<io::Error> for ArrowFault {
     fn from(error: io::Error) -> Self {
-        Self::Damaged(error.to_string())
+        damaged(error)
     }
 }
 
 fn damaged(reason: impl fmt::Display) -> ArrowFault {
-    ArrowFault::Damaged(reason.to_string())
+    ArrowFault::Damaged(brief(reason))
 }
 
 /// The batches of a stream. It may still panic: use it within [`super::without_panic`].
@@ -134,7 +134,7 @@ fn read_header(reader: &mut impl Read) -> Result<Option<Vec<u8>>, ArrowFault> {
     }
     match number.map(u64::from) {
         None | Some(0) => Ok(None),
-        Some(length) if length > MAX_HEADER => Err(ArrowFault::Damaged(format!(
+        Some(length) if length > MAX_HEADER => Err(damaged(format!(
             "a header claims {length} bytes; at most {MAX_HEADER} are read"
         ))),
         Some(length) => read_exactly(reader, length)?
@@ -158,7 +158,7 @@ fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
 fn read_body(reader: &mut impl Read, length: i64) -> Result<Vec<u8>, ArrowFault> {
     let length = u64::try_from(length).map_err(|_| damaged("a length is negative"))?;
     if length > MAX_MESSAGE {
-        return Err(ArrowFault::Damaged(format!(
+        return Err(damaged(format!(
             "a message claims {length} bytes; at most {MAX_MESSAGE} are read"
         )));
     }

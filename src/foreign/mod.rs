@@ -7,6 +7,7 @@
 pub(crate) mod arrow;
 
 use std::cell::Cell;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
@@ -39,6 +40,16 @@ pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Opt
     let mut bytes = Vec::new();
     reader.take(count).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 == count).then_some(bytes))
+}
+
+/// Characters of a library's reason that are shown: some print what they could not read.
+const SHOWN: usize = 120;
+
+/// What a library says of a fault, in one line.
+pub(crate) fn brief(reason: impl Display) -> String {
+    let reason = reason.to_string();
+    let line = reason.lines().next().unwrap_or_default();
+    line.chars().take(SHOWN).collect()
 }
 
 thread_local! {
@@ -91,6 +102,13 @@ mod tests {
             Some(&b"ab"[..])
         );
         assert_eq!(read_exactly(&mut bytes, u64::MAX).unwrap(), None);
+    }
+
+    #[test]
+    fn a_reason_is_one_short_line() {
+        assert_eq!(brief("out of range\n\twhile verifying"), "out of range");
+        assert_eq!(brief("ä".repeat(SHOWN + 1)), "ä".repeat(SHOWN));
+        assert_eq!(brief(""), "");
     }
 
     #[test]

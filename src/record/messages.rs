@@ -16,13 +16,12 @@ use rerun::external::re_log_encoding::{
 use rerun::log::Chunk;
 
 use crate::foreign::arrow::{ArrowStream, MAX_MESSAGE};
-use crate::foreign::{read_exactly, without_panic};
+use crate::foreign::{brief, read_exactly, without_panic};
 
 /// LZ4 makes a byte of at most so many: a length goes on by bytes of 255.
 const MAX_RATIO: u64 = 255;
 
-/// Characters of a library's reason that are shown: some print what they could not read.
-const SHOWN: usize = 120;
+const BREAKS_OFF: &str = "it breaks off within a message";
 
 /// Where a recording is damaged or breaks off. Nothing behind it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,15 +38,8 @@ impl fmt::Display for Damage {
     }
 }
 
-/// A reason in one line.
-fn brief(reason: impl fmt::Display) -> String {
-    let reason = reason.to_string();
-    let line = reason.lines().next().unwrap_or_default();
-    line.chars().take(SHOWN).collect()
-}
-
 /// What may come next.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Expected {
     Message,
     /// Of the stream that an end mark has closed. Old streams have none.
@@ -97,7 +89,7 @@ impl<R: Read> Chunks<BufReader<R>> {
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, String> {
         let bytes = read_exactly(&mut self.file, count).map_err(brief)?;
         self.at += count;
-        bytes.ok_or_else(|| "the file breaks off".to_owned())
+        bytes.ok_or_else(|| BREAKS_OFF.to_owned())
     }
 
     /// The bytes that begin with those that were read already.
@@ -112,7 +104,7 @@ impl<R: Read> Chunks<BufReader<R>> {
         self.at = self.at.saturating_add(count);
         match skipped.map_err(brief)? == count {
             true => Ok(()),
-            false => Err("the file breaks off".to_owned()),
+            false => Err(BREAKS_OFF.to_owned()),
         }
     }
 
@@ -123,8 +115,11 @@ impl<R: Read> Chunks<BufReader<R>> {
             let mut start = Vec::new();
             let mut file = (&mut self.file).take(StreamHeader::ENCODED_SIZE_BYTES as u64);
             self.at += file.read_to_end(&mut start).map_err(brief)? as u64;
-            if start.is_empty() && self.expected != Expected::Message {
-                return Ok(None);
+            if start.is_empty() {
+                return match self.expected {
+                    Expected::Message => Err("it breaks off without an end mark".to_owned()),
+                    Expected::Footer | Expected::Stream => Ok(None),
+                };
             }
             // Streams may follow one another, without an end mark between them.
             if start.starts_with(&RRD_FOURCC) {

@@ -54,6 +54,14 @@ pub enum ReadError {
         /// Why not.
         reason: String,
     },
+    /// The file is damaged before there are any numbers.
+    #[error("{} is damaged at {damage}; no numbers come before it", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where, and how.
+        damage: Damage,
+    },
     /// Nothing was asked for and there is more than one column, or what was asked for is not
     /// there.
     #[error("{} {}; it has {}{}", path.display(), missing(asked.as_deref()), list(columns), damaged(damage.as_ref()))]
@@ -104,9 +112,7 @@ fn list(names: &[String]) -> String {
 }
 
 fn damaged(damage: Option<&Damage>) -> String {
-    damage.map_or_else(String::new, |damage| {
-        format!("; it is damaged, and read up to {damage}")
-    })
+    damage.map_or_else(String::new, |damage| format!("; it is damaged at {damage}"))
 }
 
 /// Reads a column of numbers of a recording: rows in the order of their times. The simulated
@@ -303,11 +309,10 @@ fn read_entities(
         path: path.to_owned(),
         source,
     })?;
-    let format = |reason: String| ReadError::Format {
+    let mut chunks = Chunks::new(file).map_err(|fault| ReadError::Format {
         path: path.to_owned(),
-        reason,
-    };
-    let mut chunks = Chunks::new(file).map_err(|fault| format(fault.to_string()))?;
+        reason: fault.to_string(),
+    })?;
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut first = None;
     let index = asked.and_then(|(_, index)| index).unwrap_or(0);
@@ -331,7 +336,10 @@ fn read_entities(
     }
     entities.retain(|_, entity| entity.width > 0);
     match chunks.damage() {
-        Some(damage) if entities.is_empty() => Err(format(format!("it is damaged at {damage}"))),
+        Some(damage) if entities.is_empty() => Err(ReadError::Damaged {
+            path: path.to_owned(),
+            damage,
+        }),
         damage => Ok((entities, damage)),
     }
 }
@@ -456,5 +464,10 @@ mod tests {
             let error = read_series(&other, None).unwrap_err();
             assert!(matches!(error, ReadError::Format { .. }), "{error:?}");
         }
+        foreign(&other, |_| {});
+        let bytes = std::fs::read(&other).unwrap();
+        std::fs::write(&other, &bytes[..20]).unwrap();
+        let error = read_series(&other, None).unwrap_err();
+        assert!(error.to_string().contains("damaged at byte 12"), "{error}");
     }
 }
