@@ -2,7 +2,11 @@
 //! real browser.
 
 mod browser;
+mod floods;
 mod page;
+// What a process takes is read from where Linux keeps it.
+#[cfg(target_os = "linux")]
+mod soak;
 mod sockets;
 
 use std::io::{BufRead, BufReader};
@@ -28,8 +32,13 @@ struct Live {
 
 impl Live {
     fn start(scene: &str, more: &[&str]) -> Self {
+        Self::of(Command::new(env!("CARGO_BIN_EXE_squeakscope")), scene, more)
+    }
+
+    /// Started by a program that becomes it.
+    fn of(mut program: Command, scene: &str, more: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        let mut child = program
             .current_dir(folder.path())
             .args(["live", scene, "--serve", "--port", "0", "--no-keys"])
             .args(more)
