@@ -3,8 +3,12 @@
 
 mod browser;
 mod files;
+mod floods;
 mod leaks;
 mod page;
+// What a process takes is read from where Linux keeps it.
+#[cfg(target_os = "linux")]
+mod soak;
 mod sockets;
 
 use std::io::{BufRead, BufReader, Read};
@@ -33,13 +37,19 @@ impl Live {
         Self::start_by(&[], scene, more)
     }
 
-    /// Starts it by another program, which becomes it.
+    /// Started by another program, which becomes it.
     fn start_by(launcher: &[&str], scene: &str, more: &[&str]) -> Self {
-        let folder = tempfile::tempdir().expect("temporary folder");
         let words = launcher.iter().copied();
         let mut words = words.chain([env!("CARGO_BIN_EXE_squeakscope")]);
-        let mut child = Command::new(words.next().expect("a program"))
-            .args(words)
+        let mut program = Command::new(words.next().expect("a program"));
+        program.args(words);
+        Self::of(program, scene, more)
+    }
+
+    /// Started by a command that the arguments are added to.
+    fn of(mut program: Command, scene: &str, more: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut child = program
             .current_dir(folder.path())
             .args(["live", scene, "--serve", "--port", "0", "--no-keys"])
             .args(more)
