@@ -100,7 +100,8 @@ fn start_pool() -> Result<(), CliError> {
     let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
     pool.build_global().map_err(|source| CliError::Threads {
         purpose: "the analyses",
-        source: source.into(),
+        // Its own source says the same again.
+        source: source.to_string().into(),
     })
 }
 

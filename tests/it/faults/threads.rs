@@ -23,8 +23,9 @@ fn stranger() -> Option<(tempfile::TempDir, u32)> {
     std::fs::copy(program, folder.path().join("squeakscope")).expect("copied");
     let tried = Command::new("setpriv")
         .args(as_user(user))
-        .args(["./squeakscope", "--version"]);
-    let tried = tried.current_dir(folder.path()).output();
+        .args(["./squeakscope", "--version"])
+        .current_dir(folder.path())
+        .output();
     if !tried.is_ok_and(|tried| tried.status.success()) {
         eprintln!("not tested: no program can be started as another user here");
         return None;

@@ -156,7 +156,7 @@ fn what_was_recorded_on_the_way_is_named_at_the_end() {
 fn interrupted_at_once_it_says_what_is_there() {
     for delay in 0..40 {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        let child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
             .current_dir(folder.path())
             .args(["live", "torus-3deg", "--serve", "--port", "0", "--no-keys"])
             .args(["--save", "run.rrd", "--wav", "run.wav"])
