@@ -62,9 +62,9 @@ impl LongSession {
     }
 
     fn record(&self) {
-        self.ask(Command::Record);
+        self.ask(Command::Record {});
         self.until("a recording", |panel| panel.recording.is_some());
-        self.ask(Command::StopRecording);
+        self.ask(Command::StopRecording {});
         self.until("its end", |panel| panel.recording.is_none());
     }
 
@@ -80,7 +80,7 @@ impl LongSession {
         let scenes = ["torus-3deg", "mass-on-belt", "self-coupling"];
         for k in 0..times {
             self.record();
-            self.begin_anew(Command::Reset);
+            self.begin_anew(Command::Reset {});
             let name = scenes[if k % 10 == 0 { 0 } else { 1 + k % 2 }].to_owned();
             self.begin_anew(Command::Scene { name });
         }
