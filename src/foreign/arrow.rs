@@ -17,7 +17,7 @@ use arrow_ipc::{MessageHeader, root_as_message_with_opts};
 use arrow_schema::{Schema, SchemaRef};
 use flatbuffers::VerifierOptions;
 
-use super::{brief, read_exactly};
+use super::{one_line, read_exactly};
 
 /// The largest body of a message, bytes.
 pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
@@ -56,7 +56,7 @@ impl From<io::Error> for ArrowFault {
 }
 
 fn damaged(reason: impl fmt::Display) -> ArrowFault {
-    ArrowFault::Damaged(brief(reason))
+    ArrowFault::Damaged(one_line(reason))
 }
 
 /// The batches of a stream. It may still panic: use it within [`super::without_panic`].

@@ -46,7 +46,7 @@ pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Opt
 const SHOWN: usize = 120;
 
 /// What a library says of a fault, in one line.
-pub(crate) fn brief(reason: impl Display) -> String {
+pub(crate) fn one_line(reason: impl Display) -> String {
     let reason = reason.to_string();
     let line = reason.lines().next().unwrap_or_default();
     line.chars().take(SHOWN).collect()
@@ -106,9 +106,9 @@ mod tests {
 
     #[test]
     fn a_reason_is_one_short_line() {
-        assert_eq!(brief("out of range\n\twhile verifying"), "out of range");
-        assert_eq!(brief("ä".repeat(SHOWN + 1)), "ä".repeat(SHOWN));
-        assert_eq!(brief(""), "");
+        assert_eq!(one_line("out of range\n\twhile verifying"), "out of range");
+        assert_eq!(one_line("ä".repeat(SHOWN + 1)), "ä".repeat(SHOWN));
+        assert_eq!(one_line(""), "");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use rerun::external::re_log_encoding::{
 use rerun::log::Chunk;
 
 use crate::foreign::arrow::{ArrowStream, MAX_MESSAGE};
-use crate::foreign::{brief, read_exactly, without_panic};
+use crate::foreign::{one_line, read_exactly, without_panic};
 
 /// LZ4 makes a byte of at most so many: a length goes on by bytes of 255.
 const MAX_RATIO: u64 = 255;
@@ -87,7 +87,7 @@ impl<R: Read> Chunks<BufReader<R>> {
 
     /// Bytes of the file; fewer are left only if it breaks off.
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, String> {
-        let bytes = read_exactly(&mut self.file, count).map_err(brief)?;
+        let bytes = read_exactly(&mut self.file, count).map_err(one_line)?;
         self.at += count;
         bytes.ok_or_else(|| BREAKS_OFF.to_owned())
     }
@@ -102,7 +102,7 @@ impl<R: Read> Chunks<BufReader<R>> {
     fn skip(&mut self, count: u64) -> Result<(), String> {
         let skipped = io::copy(&mut (&mut self.file).take(count), &mut io::sink());
         self.at = self.at.saturating_add(count);
-        match skipped.map_err(brief)? == count {
+        match skipped.map_err(one_line)? == count {
             true => Ok(()),
             false => Err(BREAKS_OFF.to_owned()),
         }
@@ -114,7 +114,7 @@ impl<R: Read> Chunks<BufReader<R>> {
             self.start = self.at;
             let mut start = Vec::new();
             let mut file = (&mut self.file).take(StreamHeader::ENCODED_SIZE_BYTES as u64);
-            self.at += file.read_to_end(&mut start).map_err(brief)? as u64;
+            self.at += file.read_to_end(&mut start).map_err(one_line)? as u64;
             if start.is_empty() {
                 return match self.expected {
                     Expected::Message => Err("it breaks off without an end mark".to_owned()),
@@ -123,7 +123,7 @@ impl<R: Read> Chunks<BufReader<R>> {
             }
             // Streams may follow one another, without an end mark between them.
             if start.starts_with(&RRD_FOURCC) {
-                check_header(&start).map_err(brief)?;
+                check_header(&start).map_err(one_line)?;
                 self.expected = Expected::Message;
                 continue;
             }
@@ -135,7 +135,7 @@ impl<R: Read> Chunks<BufReader<R>> {
                 }
                 Expected::Message => {
                     let header = self.complete(start, MessageHeader::ENCODED_SIZE_BYTES)?;
-                    let header = MessageHeader::from_rrd_bytes(&header).map_err(brief)?;
+                    let header = MessageHeader::from_rrd_bytes(&header).map_err(one_line)?;
                     match header.kind {
                         MessageKind::ArrowMsg if header.len > MAX_MESSAGE => {
                             return Err(too_long(header.len));
@@ -143,7 +143,7 @@ impl<R: Read> Chunks<BufReader<R>> {
                         MessageKind::ArrowMsg => {
                             let payload = self.bytes(header.len)?;
                             let message = ArrowMsg::from_rrd_bytes(&payload);
-                            return message.map(Some).map_err(brief);
+                            return message.map(Some).map_err(one_line);
                         }
                         MessageKind::End => self.expected = Expected::Footer,
                         MessageKind::SetStoreInfo | MessageKind::BlueprintActivationCommand => {}
@@ -234,13 +234,13 @@ fn decode(message: &ArrowMsg) -> Result<Chunk, String> {
             if length > MAX_MESSAGE.min(MAX_RATIO * payload.len() as u64) {
                 return Err(too_long(length));
             }
-            unpacked = decompress(payload, length as usize).map_err(brief)?;
+            unpacked = decompress(payload, length as usize).map_err(one_line)?;
             &unpacked[..]
         }
         Compression::None | Compression::Unspecified => payload,
     };
-    let mut stream = ArrowStream::new(bytes).map_err(brief)?;
-    let batch = stream.next_batch().map_err(brief)?;
+    let mut stream = ArrowStream::new(bytes).map_err(one_line)?;
+    let batch = stream.next_batch().map_err(one_line)?;
     let batch = batch.ok_or("a message is empty")?;
-    Chunk::from_chunk_record_batch(&batch).map_err(brief)
+    Chunk::from_chunk_record_batch(&batch).map_err(one_line)
 }

@@ -1,5 +1,11 @@
 //! Damaged recordings and tables: whatever is in a file, it is read as far as it goes or refused in
 //! one line. Nothing panics, aborts, or takes the memory that a header claims.
+//!
+//! A longer search for what does:
+//!
+//! ```sh
+//! SQUEAKSCOPE_MUTANTS=20000 cargo test --release --test it damage::a_damaged
+//! ```
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +15,7 @@ use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 use squeakscope::record::{ReadError, Series, paths, read_series};
 use squeakscope::study::sweep::{SweepTable, TableError, read_table};
 
-use crate::mutants::mutants;
+use crate::mutants::{count, mutants};
 
 /// Damaged copies of each file that are read within this process.
 const READ: usize = 400;
@@ -131,7 +137,7 @@ fn a_damaged_recording_is_read_up_to_the_damage_or_refused() {
     assert_eq!(displacement(&path).expect("read"), whole);
     for (seed, original) in [(1, &recording), (2, &unpacked)] {
         let mut read = 0;
-        for mutant in mutants(original, seed).take(READ) {
+        for mutant in mutants(original, seed).take(count(READ)) {
             let path = desk.write("mutant.rrd", &mutant.bytes);
             match displacement(&path) {
                 Ok(_) => read += 1,
@@ -141,7 +147,8 @@ fn a_damaged_recording_is_read_up_to_the_damage_or_refused() {
                 Err(error) => panic!("{}: {error}", mutant.damage),
             }
         }
-        assert!((READ / 10..READ).contains(&read), "{read}");
+        let all = count(READ);
+        assert!((all / 10..all).contains(&read), "{read}");
     }
 }
 
@@ -237,7 +244,7 @@ fn a_damaged_table_is_read_up_to_the_damage_or_refused() {
     let whole = read_table(&desk.path("s.arrow")).expect("read");
     assert_eq!(whole.points.len(), 4);
     let (mut read, mut torn) = (0, 0);
-    for mutant in mutants(&original, 5).take(READ) {
+    for mutant in mutants(&original, 5).take(count(READ)) {
         match read_table(&desk.write("mutant.arrow", &mutant.bytes)) {
             Ok(table) => {
                 read += 1;
@@ -249,7 +256,10 @@ fn a_damaged_table_is_read_up_to_the_damage_or_refused() {
             }
         }
     }
-    assert!(torn > 0 && read > torn && read < READ, "{read}, {torn}");
+    assert!(
+        0 < torn && torn < read && read < count(READ),
+        "{read}, {torn}"
+    );
     for mutant in mutants(&original, 6).take(GIVEN) {
         desk.write("mutant.arrow", &mutant.bytes);
         let _ = fs::remove_file(desk.path("merged.arrow"));

@@ -9,6 +9,12 @@ use rand_chacha::ChaCha8Rng;
 /// Half of all damage is within so many bytes of the start, where headers are.
 const HEAD: usize = 512;
 
+/// How many damaged copies a test takes: as many as `SQUEAKSCOPE_MUTANTS` says, for a long search.
+pub fn count(usual: usize) -> usize {
+    let asked = std::env::var("SQUEAKSCOPE_MUTANTS").ok();
+    asked.and_then(|count| count.parse().ok()).unwrap_or(usual)
+}
+
 /// A damaged copy.
 pub struct Mutant {
     /// The bytes.

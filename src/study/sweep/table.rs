@@ -19,7 +19,7 @@ use super::row::Row;
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
 use crate::foreign::arrow::ArrowStream;
-use crate::foreign::{open_file, without_panic};
+use crate::foreign::{one_line, open_file, without_panic};
 use crate::study::NoThread;
 
 /// Key of the schema's metadata under which the sweep says what it is ([`SweepPlan::identity`]).
@@ -215,8 +215,8 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
                 return Ok(table);
             }
         };
-        let rows: Vec<Row> = serde_arrow::from_record_batch(&batch)
-            .map_err(|error| foreign(crate::foreign::brief(error)))?;
+        let rows: Vec<Row> =
+            serde_arrow::from_record_batch(&batch).map_err(|error| foreign(one_line(error)))?;
         for row in rows {
             table.points.push(row.into_point().map_err(&foreign)?);
         }
