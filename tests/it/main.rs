@@ -21,6 +21,9 @@ mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod mechanisms;
+// Limits and peaks of memory as Linux has them.
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod memory;
 mod own_modes;
 mod pipeline;
 mod scenes;
