@@ -249,7 +249,7 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Refuse to read more samples than this. Each takes 8 bytes of memory.
-    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples)]
+    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples, allow_negative_numbers = true)]
     pub max_samples: usize,
     /// Delay of the state space in samples [default: chosen by mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..))]

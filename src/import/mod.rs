@@ -147,4 +147,6 @@ fn decode(
 }
 
 #[cfg(test)]
+mod limits_tests;
+#[cfg(test)]
 mod tests;

@@ -49,7 +49,7 @@ fn wave(k: usize) -> f64 {
     0.19 * (TAU * 0.013 * k as f64).sin()
 }
 
-fn wav(bits: u16, float: bool, channels: u16, frames: usize) -> Vec<u8> {
+pub(super) fn wav(bits: u16, float: bool, channels: u16, frames: usize) -> Vec<u8> {
     let spec = hound::WavSpec {
         channels,
         sample_rate: 8000,
@@ -395,7 +395,11 @@ fn a_device_is_not_read() {
     assert!(error.contains("/dev/zero: this is a device"), "{error}");
 }
 
-fn npy<T: npyz::AutoSerialize + Copy>(shape: &[u64], order: npyz::Order, values: &[T]) -> Vec<u8> {
+pub(super) fn npy<T: npyz::AutoSerialize + Copy>(
+    shape: &[u64],
+    order: npyz::Order,
+    values: &[T],
+) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = npyz::WriteOptions::new()
         .default_dtype()

@@ -7,7 +7,7 @@
 //! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has
 //! lengths of 64 bits in a chunk of its own (EBU Tech 3306, 2009).
 
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use super::clock::Timing;
@@ -134,9 +134,9 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
     let mut long_data = None;
     let mut coding = None;
     let mut at = 12;
+    content.seek(SeekFrom::Start(at))?;
     while at + 8 <= end {
         let mut head = [0; 8];
-        content.seek(SeekFrom::Start(at))?;
         content.read_exact(&mut head)?;
         let length = u32_at(&head, 4);
         let rest = end - at - 8;
@@ -158,10 +158,8 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
             return Err(cut_short(&name, rest, length));
         }
         let mut chunk = Vec::new();
-        content
-            .by_ref()
-            .take(length.min(LONGEST_READ))
-            .read_to_end(&mut chunk)?;
+        let read = length.min(LONGEST_READ);
+        content.by_ref().take(read).read_to_end(&mut chunk)?;
         match &head[..4] {
             b"fmt " => coding = Some(read_coding(&chunk)?),
             b"ds64" if chunk.len() >= 16 => {
@@ -172,6 +170,13 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
         }
         // Chunks begin at even places.
         at += 8 + length + length % 2;
+        let skip = length + length % 2 - read;
+        // A place that is sought empties the buffer, which would be filled for each of many small chunks.
+        if skip > BLOCK as u64 {
+            content.seek(SeekFrom::Start(at))?;
+        } else {
+            io::copy(&mut content.by_ref().take(skip), &mut io::sink())?;
+        }
     }
     Err(damaged("there is no `data` in it"))
 }

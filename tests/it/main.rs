@@ -23,6 +23,9 @@ mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod mechanisms;
+// Limits and peaks of memory as Linux has them.
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod memory;
 #[cfg(feature = "cli")]
 mod mutants;
 mod own_modes;

@@ -30,7 +30,9 @@ const FLOOR_BLOCK: usize = 64;
 /// noise in a bin: `sqrt(ln(4/3) / ln 2)`.
 const QUARTILE_OVER_MEDIAN: f64 = 0.644_23;
 
-/// Bytes of a spectrum for each sample, and for each of the largest prime factor of their number; measured.
+/// Bytes of a spectrum for each sample, and for each unit of the largest prime factor of their number. Measured:
+/// 36 for 2^22 samples; 187 in all for 4,194,301, a prime, whose transform is twice as long; up to three times as
+/// long has to be allowed for.
 const BYTES_PER_SAMPLE: u64 = 48;
 const BYTES_PER_PRIME: u64 = 240;
 

@@ -6,7 +6,7 @@
 //!
 //! Beyond the samples themselves the analysis of a long signal takes some 200 MB: the spectrum is that of
 //! spans ([`MOST_SPECTRUM`]), nonlinear methods take the newest samples ([`MOST_NONLINEAR`]), and what runs
-//! along the signal holds one window. 30 minutes at 48 kHz (86 million samples, 0.69 GB) peak at PEAK GB.
+//! along the signal holds one window. Thirty minutes at 48 kHz, 86 million samples, stay below 1 GB.
 
 mod analyse;
 mod live;
