@@ -32,7 +32,7 @@ fn a_paused_run_under_a_flood_ends_when_interrupted() {
             "the frame takes ever more kicks"
         );
     }
-    let flooded = control.panel(|_| true);
+    let flooded = live.socket("/control").panel(|_| true);
     assert_eq!(flooded["time_s"], paused["time_s"]);
     let asked = Instant::now();
     assert_eq!(live.interrupt(), Some(130));
