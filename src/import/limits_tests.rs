@@ -232,9 +232,9 @@ fn an_array_is_as_large_as_its_header_says_or_refused() {
     );
     // More columns than anything measures, by the header alone.
     let mut wide = whole;
-    let shape = wide.windows(7).position(|w| w == b"(1000,)").unwrap();
-    wide[shape..shape + 15].copy_from_slice(b"(20000, 20000)}");
-    wide.truncate(shape + 15);
+    let shape = wide.windows(5).position(|w| w == b"(1000").unwrap();
+    wide.truncate(shape);
+    wide.extend(b"(20000, 20000)}");
     wide.resize(127, b' ');
     wide.push(b'\n');
     let message = refused(&lying(archive("x.npy", &wide), u32::MAX - 1), &rate);
