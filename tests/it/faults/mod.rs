@@ -11,6 +11,7 @@
 //! ```
 
 mod disk;
+mod environment;
 mod panics;
 mod signals;
 mod slow;
