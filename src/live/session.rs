@@ -153,31 +153,7 @@ impl Session {
             let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
             self.board.begin(reach_deg, neighbours);
             self.board.tell(0.0, format!("{} begins", scene.name));
-            let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-            match &mut output {
-                None => {
-                    self.hub.begin();
-                    let audience = Arc::clone(&self.hub) as _;
-                    let viewer = RerunSink::for_audience(audience, scene.record);
-                    sinks.push(Box::new(Screen::new(viewer.map_err(sink)?)));
-                    self.ear.follow(helm.clone());
-                    sinks.push(Box::new(self.ear.tap()));
-                }
-                Some(output) => {
-                    let notice = Arc::clone(notice);
-                    let viewer = RerunSink::new(output, scene.record);
-                    let viewer = viewer.map_err(sink)?;
-                    let viewer = viewer.with_notice(move |words| notice(words));
-                    sinks.push(Box::new(Screen::new(viewer)));
-                    // One viewer is enough for the whole session.
-                    if output.spawn {
-                        *output = Output {
-                            connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
-                            ..Output::default()
-                        };
-                    }
-                }
-            }
+            let mut sinks = self.watched(&scene, &helm, output.as_mut(), notice)?;
             let (switch, board) = (Arc::clone(&self.switch), Arc::clone(&self.board));
             sinks.push(Box::new(Recorder::new(switch, board, scene.record)));
             if let Some(wav) = wav.clone() {
@@ -211,6 +187,35 @@ impl Session {
             }
             last = Some(ran?);
         }
+    }
+
+    /// What shows a run to those who watch: the page, or the viewer that one output is.
+    fn watched(
+        &self,
+        scene: &Scene,
+        helm: &Helm,
+        output: Option<&mut Output>,
+        notice: &Arc<dyn Fn(&str) + Send + Sync>,
+    ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
+        let Some(output) = output else {
+            self.hub.begin();
+            let audience = Arc::clone(&self.hub) as _;
+            let viewer = RerunSink::for_audience(audience, scene.record).map_err(sink)?;
+            self.ear.follow(helm.clone());
+            let tap = self.ear.tap();
+            return Ok(vec![Box::new(Screen::new(viewer)), Box::new(tap)]);
+        };
+        let notice = Arc::clone(notice);
+        let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
+        let viewer = viewer.with_notice(move |words| notice(words));
+        // One viewer is enough for the whole session.
+        if output.spawn {
+            *output = Output {
+                connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
+                ..Output::default()
+            };
+        }
+        Ok(vec![Box::new(Screen::new(viewer))])
     }
 
     /// Ends the session.

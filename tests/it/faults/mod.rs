@@ -11,6 +11,7 @@
 //! ```
 
 mod disk;
+mod environment;
 mod outputs;
 mod panics;
 mod signals;

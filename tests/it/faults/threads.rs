@@ -48,6 +48,7 @@ fn limited(folder: &Path, user: u32, threads: u32, words: &[&str]) -> Running {
         .current_dir(folder)
         .args(as_user(user))
         .args(["prlimit", &format!("--nproc={threads}"), "./squeakscope"])
+        .env("RAYON_NUM_THREADS", "2")
         .args(words);
     Running::start(command)
 }
