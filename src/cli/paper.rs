@@ -89,30 +89,7 @@ fn execute(
             OneStart::Down => Start::Down,
         },
     );
-    let figures: Vec<String> = (1..=FIGURES).map(|n| format!("figure-{n}")).collect();
-    let tables = [PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned);
-    let names = [picture_names(&figures), tables.to_vec()].concat();
-    check_directory(&args.out, "--out", &names)?;
-    let scene_file = args.scene.as_deref().map(OsStr::new);
-    // One in the directory that is still to be made is checked there.
-    let json = args.json.as_deref();
-    let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
-    check_all(scene_file, [("--json", json)])?;
-    if args.only.is_none() {
-        engine::check_memory()?;
-    }
-    interrupt::work_begins();
-    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
-        doing: "making of the directory",
-        source: source.into(),
-    })?;
-    let outputs = SweepOutputs {
-        out: args.out.join(TABLE),
-        figures: None,
-        save: args.only.is_none().then(|| args.out.join(RECORDING)),
-        json: args.json.clone(),
-    };
-    let files = Files::check(scene_file, &outputs, &[])?;
+    let (outputs, files) = prepare(args)?;
     // What a run before has found need not be found again.
     let work = WorkArgs {
         resume: true,
@@ -149,6 +126,35 @@ fn execute(
         report.files.push(write(&args.out.join(PAGE), &page)?);
     }
     tell(&report, &outputs, &files)
+}
+
+/// Checks all outputs before any work, and makes the directory.
+fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
+    let figures: Vec<String> = (1..=FIGURES).map(|n| format!("figure-{n}")).collect();
+    let tables = [PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned);
+    let names = [picture_names(&figures), tables.to_vec()].concat();
+    check_directory(&args.out, "--out", &names)?;
+    let scene_file = args.scene.as_deref().map(OsStr::new);
+    // One in the directory that is still to be made is checked there.
+    let json = args.json.as_deref();
+    let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
+    check_all(scene_file, [("--json", json)])?;
+    if args.only.is_none() {
+        engine::check_memory()?;
+    }
+    interrupt::work_begins();
+    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
+        doing: "making of the directory",
+        source: source.into(),
+    })?;
+    let outputs = SweepOutputs {
+        out: args.out.join(TABLE),
+        figures: None,
+        save: args.only.is_none().then(|| args.out.join(RECORDING)),
+        json: args.json.clone(),
+    };
+    let files = Files::check(scene_file, &outputs, &[])?;
+    Ok((outputs, files))
 }
 
 /// Writes a text into the directory.

@@ -71,9 +71,9 @@ impl Section {
 /// the program.
 fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
     /// What the matrices and their factor take a degree of freedom, bytes: measured at order 4.
-    const MATRICES: usize = 3000;
+    const MATRICES: usize = 4500;
     // Vectors of the Lanczos process, each as it is and times the mass matrix.
-    let vectors = 2 * size_of::<f64>() * (30 + 4 * modes);
+    let vectors = 2 * size_of::<f64>() * (30 + 2 * modes);
     let bytes = dofs.saturating_mul(MATRICES + vectors);
     let room = Vec::<u8>::new().try_reserve_exact(bytes);
     room.map_err(|_| FemError::Memory {
