@@ -55,6 +55,8 @@ impl Default for Limits {
 const HEADERS: usize = 1 << 14;
 /// How long is waited when the system accepts nobody.
 const RETRY: Duration = Duration::from_millis(50);
+/// How long is waited for a connection to be closed that makes room.
+const CLOSED: Duration = Duration::from_millis(1);
 
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\ncontent-length: 42\r\n\
@@ -73,8 +75,8 @@ pub(super) async fn accept(listener: TcpListener, router: Router, limits: Limits
             Err(fault) if is_of_the_client(&fault) => {}
             // There are no descriptors left, or no memory.
             Err(_) => {
-                seats.make_room(|_| true);
-                tokio::time::sleep(RETRY).await;
+                let made_room = seats.make_room(|_| true);
+                tokio::time::sleep(if made_room { CLOSED } else { RETRY }).await;
             }
         }
     }

@@ -47,7 +47,7 @@ fn a_paused_run_under_a_flood_ends_when_interrupted() {
 fn newcomers_are_served_when_there_are_no_descriptors_left() {
     let mut limited = Command::new("sh");
     let program = env!("CARGO_BIN_EXE_squeakscope");
-    limited.args(["-c", "ulimit -n 48; exec \"$@\"", "sh", program]);
+    limited.args(["-c", "ulimit -n 24; exec \"$@\"", "sh", program]);
     let live = Live::of(limited, "mass-on-belt", &[]);
     let waiting: Vec<TcpStream> = (0..100)
         .map(|_| {
