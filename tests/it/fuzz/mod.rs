@@ -136,12 +136,13 @@ fn is_clear(message: &str, file: &[u8], kind: Kind) -> bool {
         .collect();
     characters.windows(3).all(|near| {
         let [before, c, after] = [near[0], near[1], near[2]];
-        // A line of text has no line break; elsewhere a character of the file has its neighbour in the
-        // file, or is all there is between the quotes and commas of a list, or comes from another alphabet.
-        let is_alone = !before.is_alphanumeric() && !after.is_alphanumeric();
-        let is_foreign = is_alone || !before.is_ascii() || !after.is_ascii();
-        !c.is_control()
-            || !(is_text && c == '\n') && (is_foreign || has(&[before, c]) || has(&[c, after]))
+        // What comes from the file has its neighbour in the file, too, or is all there is between quotes or
+        // the commas of a list, or comes with letters that the program's own messages do not have.
+        let is_alone = " `'\"".contains(before) && ",;`'\"".contains(after);
+        let is_foreign = is_alone || near.iter().any(|c| !c.is_ascii());
+        // A line of text has no line break.
+        let may_be_there = !(is_text && c == '\n');
+        !c.is_control() || may_be_there && (is_foreign || has(&[before, c]) || has(&[c, after]))
     })
 }
 
@@ -328,9 +329,10 @@ fn a_clear_message_has_only_the_files_control_characters() {
         ("there is no column `a\x07b`", true),
         ("an error\nin two lines", false),
         ("an error\tin x\x1b[31mred", false),
+        ("there is: \x07, b", true),
     ] {
         assert_eq!(is_clear(message, file, Kind::Text), clear, "{message:?}");
     }
     assert!(is_clear("a\nb", b"xa\n", Kind::Binary));
-    assert!(!is_clear("a\nb", b"\n", Kind::Binary));
+    assert!(!is_clear("a:\n b", b"\n", Kind::Binary));
 }
