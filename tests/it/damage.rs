@@ -23,14 +23,14 @@ const READ: usize = 400;
 const GIVEN: usize = 24;
 
 /// A folder with a recording and a table, and the program.
-struct Desk(tempfile::TempDir);
+pub struct Desk(tempfile::TempDir);
 
 impl Desk {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self(tempfile::tempdir().expect("temporary folder"))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
@@ -50,14 +50,14 @@ impl Desk {
     }
 
     /// A recording of 4 ms.
-    fn recording(&self) -> Vec<u8> {
+    pub fn recording(&self) -> Vec<u8> {
         let words = ["run", "torus-3deg", "--duration", "4", "--save", "run.rrd"];
         assert!(self.run(&words).status.success());
         fs::read(self.path("run.rrd")).expect("written")
     }
 
     /// A recording of somebody else's: a tone of 4000 samples, 100 a message.
-    fn tone(&self) -> Vec<u8> {
+    pub fn tone(&self) -> Vec<u8> {
         let path = self.path("tone.rrd");
         let builder = rerun::RecordingStreamBuilder::new("somebody");
         let recording = builder.save(&path).expect("begun");
@@ -77,7 +77,7 @@ impl Desk {
     }
 
     /// The table of a sweep over four tilts.
-    fn table(&self) -> Vec<u8> {
+    pub fn table(&self) -> Vec<u8> {
         let words = "sweep torus-3deg --tilt 1:4:1 --start cold --least 5 --most 20 --measure 10 --out s.arrow";
         let words: Vec<&str> = words.split(' ').collect();
         let made = self.run(&words);
@@ -85,7 +85,7 @@ impl Desk {
         fs::read(self.path("s.arrow")).expect("written")
     }
 
-    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+    pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, bytes).expect("written");
         path
@@ -113,7 +113,7 @@ fn displacement(path: &Path) -> Result<Series, ReadError> {
 }
 
 /// The recording without compression: damage comes through to what lies below it.
-fn unpacked(recording: &[u8]) -> Vec<u8> {
+pub fn unpacked(recording: &[u8]) -> Vec<u8> {
     let mut unpacked = Vec::new();
     let version = rerun::build_info().version;
     let options = EncodingOptions::PROTOBUF_UNCOMPRESSED;

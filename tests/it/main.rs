@@ -14,6 +14,9 @@ mod export;
 // Signals, limits and namespaces are those of Linux.
 #[cfg(all(feature = "cli", target_os = "linux"))]
 mod faults;
+// With the server of the live runs.
+#[cfg(all(feature = "cli", unix))]
+mod fuzz;
 mod hard_cases;
 mod laws;
 mod layering;

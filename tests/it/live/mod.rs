@@ -22,18 +22,18 @@ use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 /// Long after anything here should have happened, on a busy machine too.
-const DEADLINE: Duration = Duration::from_secs(90);
+pub const DEADLINE: Duration = Duration::from_secs(90);
 
 /// A live run with its page, which does not outlive its test.
-struct Live {
+pub struct Live {
     child: Child,
     /// Where the page is, such as `127.0.0.1:40123`.
-    host: String,
+    pub host: String,
     folder: tempfile::TempDir,
 }
 
 impl Live {
-    fn start(scene: &str, more: &[&str]) -> Self {
+    pub fn start(scene: &str, more: &[&str]) -> Self {
         Self::start_by(&[], scene, more)
     }
 
@@ -74,7 +74,7 @@ impl Live {
         self.folder.path()
     }
 
-    fn socket(&self, path: &str) -> Socket {
+    pub fn socket(&self, path: &str) -> Socket {
         Socket::open(&self.host, path)
     }
 
@@ -119,7 +119,7 @@ impl Drop for Live {
 }
 
 /// A web socket to the page's server.
-struct Socket(WebSocket<MaybeTlsStream<TcpStream>>);
+pub struct Socket(WebSocket<MaybeTlsStream<TcpStream>>);
 
 impl Socket {
     fn open(host: &str, path: &str) -> Self {
@@ -155,7 +155,7 @@ impl Socket {
     }
 
     /// The next panel of which something holds.
-    fn panel(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
+    pub fn panel(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
             let panel = self.hear("panel");
