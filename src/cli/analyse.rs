@@ -88,6 +88,7 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             max_samples: Some(args.max_samples),
         },
     )?;
+    engine::start_pool()?;
     let search = SignalSearch {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),

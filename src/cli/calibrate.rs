@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
@@ -66,6 +67,7 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         all: plan.len(),
         stop,
     };
+    engine::start_pool()?;
     let threads = threads(args.threads);
     let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
     // The bar goes before anything else is printed.

@@ -87,6 +87,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     ];
     check_beside(&args.out, "--out", &names, &others)?;
     engine::check_memory()?;
+    engine::start_pool()?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());

@@ -58,6 +58,7 @@ use crate::study::wait_for;
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     // Before anything is opened: what is wrong with the scene leaves nothing behind.
     let simulation = source(job.scene)?;
+    start_pool()?;
     let output = Output {
         save: job.save.map(Into::into),
         connect: match job.viewer {
@@ -103,6 +104,21 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
         }
         fault.into()
     })
+}
+
+/// Starts the threads that analyses share, unless they run: started by the first analysis, they would panic where the
+/// system gives none. Called after what needs much memory at once, since each thread reserves some.
+pub(super) fn start_pool() -> Result<(), CliError> {
+    let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
+    match pool.build_global() {
+        // A second call has no cause.
+        Err(fault) if std::error::Error::source(&fault).is_some() => Err(CliError::Threads {
+            purpose: "the analyses",
+            // Its own source says the same again.
+            source: fault.to_string().into(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Makes sure, before any work, that there is memory for a recording.

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use anstyle::Style;
 use serde::Serialize;
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
@@ -62,6 +63,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     )?;
     let others = [("--page", page.as_ref()), ("--json", json.as_ref())];
     check_beside(&args.out, "--out", &names, &others)?;
+    engine::start_pool()?;
     let progress = Progress::of_estimate();
     let found = (tools.growth)(&plan, &mut |size, share| {
         progress.tell(share, size.name().to_owned());

@@ -43,6 +43,7 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
     engine::check_memory()?;
+    engine::start_pool()?;
     let page = match plan.watcher {
         Watcher::Page => Some(
             bind(args.host, args.port).map_err(|source| CliError::Serve {

@@ -94,27 +94,7 @@ fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
     })
 }
 
-/// Starts the threads that analyses share: begun by the first of these, they would end in a panic where the
-/// system gives none.
-fn start_pool() -> Result<(), CliError> {
-    let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
-    pool.build_global().map_err(|source| CliError::Threads {
-        purpose: "the analyses",
-        // Its own source says the same again.
-        source: source.to_string().into(),
-    })
-}
-
 fn dispatch(args: Args) -> Result<(), CliError> {
-    let needs_no_pool = |command: &Command| {
-        matches!(
-            command,
-            Command::Scenes(_) | Command::Stability(_) | Command::Merge(_) | Command::Model(_)
-        )
-    };
-    if !args.command.as_ref().is_some_and(needs_no_pool) {
-        start_pool()?;
-    }
     match args.command {
         None => run::run(&RunArgs::default(), engine::simulate),
         Some(Command::Run(args)) => run::run(&args, engine::simulate),

@@ -95,6 +95,7 @@ pub(super) fn work_through(
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
     let known = known(work.resume, plan, files.table.path())?;
+    engine::start_pool()?;
     interrupt::work_begins();
     let mut notes = Notes {
         table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,

@@ -219,6 +219,11 @@ fn two_servers_with_one_folder_never_write_one_file() {
             assert_eq!(control.ask(&json!({ "do": "record" })), None);
             let panel = control.panel(|panel| panel["recording"].is_string());
             files.push(panel["recording"].as_str().expect("a path").to_owned());
+            // Samples of two frames are in it: the panel is the last to be told of a frame.
+            for _ in 0..2 {
+                let seen = control.panel(|_| true)["time_s"].as_f64();
+                control.panel(|panel| panel["time_s"].as_f64() > seen);
+            }
             assert_eq!(control.ask(&json!({ "do": "stop-recording" })), None);
             control.panel(|panel| panel["recording"].is_null());
         }
