@@ -34,7 +34,7 @@ pub fn search(search: Search) -> Counts {
                 panic!("HTTP: {why}: {}: the input is in {kept}", mutant.damage);
             }
         }
-        if counts.all() % BETWEEN == 0 {
+        if counts.all().is_multiple_of(BETWEEN) {
             serves(&live.host);
         }
     }
