@@ -9,7 +9,7 @@ use super::{Counts, Search, in_turn, keep};
 use crate::live::{DEADLINE, Live};
 
 /// Mutants in the usual tests.
-const USUAL: u64 = 1000;
+const USUAL: u64 = 3000;
 
 /// Of the mutants, so many are sent between two requests that must be answered.
 const BETWEEN: u64 = 200;
