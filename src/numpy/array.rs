@@ -250,8 +250,12 @@ impl<R: Read> Iterator for ArrayReader<R> {
     }
 }
 
+/// What a library says, in one line: to a syntax error it adds a picture of the header.
 fn damaged(error: io::Error) -> ArrayProblem {
-    ArrayProblem::Damaged(error.to_string())
+    let reason = error.to_string();
+    let line = reason.lines().next().unwrap_or_default();
+    let words = line.split(" --> ").next().unwrap_or_default();
+    ArrayProblem::Damaged(words.trim_end_matches([' ', ':']).to_owned())
 }
 
 /// The header with all that is before it, of a length that can be parsed.

@@ -285,6 +285,13 @@ mod tests {
             said.contains("`words`") && said.contains("save real numbers"),
             "{said}"
         );
+        let torn = retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<f'");
+        let said = refused(file(&[("torn.npy", torn)]).path());
+        assert!(
+            said.contains("`torn`") && said.ends_with("syntax error; save it again"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
         // What is not asked for is not looked at.
         let both = file(&[
             ("words.npy", words()),

@@ -9,7 +9,7 @@ use super::{Counts, Search, in_turn, keep};
 use crate::live::{DEADLINE, Live};
 
 /// Mutants in the usual tests.
-const USUAL: u64 = 1000;
+const USUAL: u64 = 3000;
 
 /// Of the mutants, so many are sent between two requests that must be answered.
 const BETWEEN: u64 = 200;
@@ -34,7 +34,7 @@ pub fn search(search: Search) -> Counts {
                 panic!("HTTP: {why}: {}: the input is in {kept}", mutant.damage);
             }
         }
-        if counts.all() % BETWEEN == 0 {
+        if counts.all().is_multiple_of(BETWEEN) {
             serves(&live.host);
         }
     }

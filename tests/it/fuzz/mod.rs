@@ -142,7 +142,7 @@ fn is_clear(message: &str, file: &[u8], kind: Kind) -> bool {
         let is_foreign = is_alone || near.iter().any(|c| !c.is_ascii());
         // A line of text has no line break.
         let may_be_there = !(is_text && c == '\n');
-        !c.is_control() || may_be_there && (is_foreign || has(&[before, c]) || has(&[c, after]))
+        !c.is_control() || (may_be_there && (is_foreign || has(&[before, c]) || has(&[c, after])))
     })
 }
 

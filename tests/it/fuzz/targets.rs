@@ -40,16 +40,16 @@ pub struct Target {
 
 #[rustfmt::skip]
 pub const TARGETS: &[Target] = &[
-    Target { name: "WAV", extension: "wav", kind: Kind::Binary, usual: 3000, corpus: corpus::wav, read: signal },
-    Target { name: "CSV", extension: "csv", kind: Kind::Text, usual: 3000, corpus: corpus::csv, read: signal },
-    Target { name: "npy", extension: "npy", kind: Kind::Binary, usual: 3000, corpus: corpus::npy, read: bare_signal },
-    Target { name: "npz", extension: "npz", kind: Kind::Archive, usual: 3000, corpus: corpus::npz, read: signal },
-    Target { name: "arrays", extension: "npz", kind: Kind::Archive, usual: 3000, corpus: corpus::npz, read: arrays },
+    Target { name: "WAV", extension: "wav", kind: Kind::Binary, usual: 1500, corpus: corpus::wav, read: signal },
+    Target { name: "CSV", extension: "csv", kind: Kind::Text, usual: 1500, corpus: corpus::csv, read: signal },
+    Target { name: "npy", extension: "npy", kind: Kind::Binary, usual: 1500, corpus: corpus::npy, read: bare_signal },
+    Target { name: "npz", extension: "npz", kind: Kind::Archive, usual: 1500, corpus: corpus::npz, read: signal },
+    Target { name: "arrays", extension: "npz", kind: Kind::Archive, usual: 1500, corpus: corpus::npz, read: arrays },
     Target { name: "rrd", extension: "rrd", kind: Kind::Binary, usual: 200, corpus: corpus::recordings, read: series },
     Target { name: "Arrow", extension: "arrow", kind: Kind::Binary, usual: 400, corpus: corpus::table, read: table },
-    Target { name: "scene", extension: "toml", kind: Kind::Text, usual: 3000, corpus: corpus::scenes, read: scene },
+    Target { name: "scene", extension: "toml", kind: Kind::Text, usual: 1500, corpus: corpus::scenes, read: scene },
     Target { name: "modes", extension: "npz", kind: Kind::Archive, usual: 400, corpus: corpus::modes, read: modes },
-    Target { name: "commands", extension: "json", kind: Kind::Text, usual: 3000, corpus: corpus::commands, read: command },
+    Target { name: "commands", extension: "json", kind: Kind::Text, usual: 1500, corpus: corpus::commands, read: command },
 ];
 
 fn selected(path: &Path, rate: Option<f64>) -> Result<(), String> {
