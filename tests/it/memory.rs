@@ -252,7 +252,7 @@ fn more_samples_than_asked_for_are_refused() {
     }
 }
 
-/// Under a limit of 300 MB: samples that do not fit. Under one of 400 MB: samples whose spectrum does not (their
+/// Under a limit of 300 MB: samples that do not fit. Under one of 600 MB: samples whose spectrum does not (their
 /// number is prime).
 #[test]
 fn what_a_limit_of_memory_leaves_no_room_for_is_refused() {
@@ -265,14 +265,14 @@ fn what_a_limit_of_memory_leaves_no_room_for_is_refused() {
         "{message}"
     );
     desk.wav("prime.wav", 4_194_301);
-    let message = desk.refused("analyse prime.wav", Some(400_000), OWN + 8 * 4_194_301);
+    let message = desk.refused("analyse prime.wav", Some(600_000), OWN + 8 * 4_194_301);
     assert!(
         message.contains("the analysis of 4194301 samples does not fit into memory"),
         "{message}"
     );
     assert!(message.contains("MB are available"), "{message}");
     desk.wav("short.wav", 48_000);
-    let end = desk.run("analyse short.wav", limit);
+    let end = desk.run("analyse short.wav", Some(600_000));
     assert_eq!(end.code, Some(0), "{}", end.message);
 }
 
