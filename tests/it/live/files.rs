@@ -168,7 +168,8 @@ fn interrupted_at_once_it_says_what_is_there() {
         // Any moment will do: what is checked holds at all of them.
         std::thread::sleep(Duration::from_millis(2 * delay));
         let id = child.id().to_string();
-        let sent = Command::new("kill").args(["-INT", &id]).status();
+        // Not SIGINT, which a shell may have had ignored until it is caught.
+        let sent = Command::new("kill").args(["-TERM", &id]).status();
         assert!(sent.expect("kill").success());
         let ended = child.wait_with_output().expect("ended");
         let [stdout, stderr] = [&ended.stdout, &ended.stderr].map(|s| String::from_utf8_lossy(s));
