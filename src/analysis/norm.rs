@@ -1,7 +1,10 @@
 //! Distances between vectors.
 
 /// How the distance of two vectors is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, strum::VariantArray, strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Norm {
     /// `sqrt(sum_c d_c^2)`.
     #[default]

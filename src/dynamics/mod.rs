@@ -96,7 +96,7 @@ mod trigonometry;
 pub use control::{Accuracy, longest_rk4_step};
 pub use differentiable::Differentiable;
 pub use error::DynamicsError;
-pub use integrator::{Integrator, Method};
+pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, Sign, Stability,
 };

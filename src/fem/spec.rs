@@ -16,11 +16,13 @@ pub struct Material {
 }
 
 /// Which reading of the beam's length is meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
 pub enum LengthReading {
     /// The length runs from the free end to the circle where beam and sphere meet.
+    #[strum(serialize = "sphere")]
     ToSphere,
     /// The length runs from the free end to the ball's centre.
+    #[strum(serialize = "centre")]
     ToCentre,
 }
 

@@ -70,12 +70,14 @@ pub struct BallOnBeam {
 }
 
 /// Source of the natural frequencies.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr)]
 pub enum Frequencies {
-    /// Those of the finite-element model.
-    FiniteElement,
     /// Those of Fig. 2 of the paper, imposed on the finite-element shapes.
+    #[strum(serialize = "published")]
     Published,
+    /// Those of the finite-element model.
+    #[strum(serialize = "fe")]
+    FiniteElement,
 }
 
 /// The socket that holds the ball.
@@ -129,7 +131,8 @@ pub enum ContactDamping {
 }
 
 /// Quadrature of the patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Quadrature {
     /// Rings of cells of equal area.
     Rings,
@@ -138,11 +141,13 @@ pub enum Quadrature {
 }
 
 /// Distribution of the contact stiffness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum StiffnessLaw {
     /// The same everywhere.
     Uniform,
     /// In proportion to the pre-stress, with the same total.
+    #[strum(serialize = "pre-stress")]
     LikePreStress,
 }
 

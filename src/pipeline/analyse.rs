@@ -83,7 +83,11 @@ impl Analyser {
             stages.push(Box::new(SpectrumStage::new(spec, rate)));
             // The words are of a joint that slides.
             if let Some(joint) = header.joint() {
-                stages.push(Box::new(NarrationStage::new(spec.every, rate, joint)));
+                stages.push(Box::new(NarrationStage::new(
+                    spec.sliding.every,
+                    rate,
+                    joint,
+                )));
             }
         }
         if let Some(spec) = &spec.spectrogram {

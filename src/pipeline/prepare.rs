@@ -155,16 +155,7 @@ fn method(integrator: &scene::Integrator) -> Method {
         floor: FLOOR,
         ..Accuracy::relative(integrator.tolerance)
     };
-    let max_step = integrator.max_step;
-    match integrator.method {
-        scene::Method::Lawson54 => Method::Lawson54 { accuracy, max_step },
-        scene::Method::Tsit54 => Method::Tsit54 { accuracy, max_step },
-        scene::Method::Lawson853 => Method::Lawson853 { accuracy, max_step },
-        scene::Method::Dop853 => Method::Dop853 { accuracy, max_step },
-        scene::Method::Rodas5p => Method::Rodas5p { accuracy, max_step },
-        scene::Method::Auto => Method::Auto { accuracy, max_step },
-        scene::Method::Rk4 => Method::Rk4 { step: max_step },
-    }
+    integrator.method.with(accuracy, integrator.max_step)
 }
 
 /// A fixed step must keep what is stable by itself stable: each of the rates of the linearised system.

@@ -1,13 +1,39 @@
 //! Settings of the integrator for a wanted accuracy, as `squeakscope cost` advises them.
 
 use super::error::{Fault, Place, SceneError};
-use super::keys::{ADVICE, MAX_STEP, METHOD, TOLERANCE};
-use super::spec::{Method, Scene};
 use toml_edit::Value;
+
+use super::schema::kind::Text;
+use super::schema::{Key, Otherwise, join};
+use super::spec::Scene;
+use crate::dynamics::MethodName;
 
 /// The longest step of an advised method that chooses its own, s: a limit in the way of none. Advice is
 /// found with it.
 pub const LONGEST_STEP: f64 = 1e-4;
+
+/// Keys of advice on the integrator, by the error.
+pub(super) static ADVICE: [(f64, Key<Text>); 4] = [
+    (
+        1e-2,
+        advice(
+            "error_1e-2",
+            "The cheapest integrator for an error of 1e-2 of the state, such as `lawson54 1e-3`: its name and tolerance (of `rk4` its step in s), which `--accuracy 1e-2` takes. `squeakscope cost --write` finds it.",
+        ),
+    ),
+    (1e-3, advice("error_1e-3", "For 1e-3.")),
+    (1e-4, advice("error_1e-4", "For 1e-4.")),
+    (1e-6, advice("error_1e-6", "For 1e-6.")),
+];
+
+const fn advice(name: &'static str, meaning: &'static str) -> Key<Text> {
+    Key {
+        name,
+        meaning,
+        otherwise: Otherwise::Else("no advice"),
+        kind: Text,
+    }
+}
 
 /// The cheapest setting of the integrator for an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +41,7 @@ pub struct Advised {
     /// The error of the state over a few milliseconds, relative to its size.
     pub error: f64,
     /// The method.
-    pub method: Method,
+    pub method: MethodName,
     /// Its tolerance, or its step in s where it is fixed.
     pub value: f64,
 }
@@ -24,9 +50,7 @@ impl Advised {
     /// Reads `lawson54 1e-4`.
     pub(super) fn read(error: f64, text: &str) -> Option<Self> {
         let (name, value) = text.split_once(' ')?;
-        let method = Method::ALL
-            .into_iter()
-            .find(|method| method.name() == name)?;
+        let method: MethodName = name.parse().ok()?;
         let value: f64 = value.trim().parse().ok()?;
         // As of the keys that will take it.
         let sound = match method.has_fixed_step() {
@@ -50,7 +74,8 @@ impl Scene {
     pub fn with_advice(&self, advice: &[(f64, &str, f64)]) -> Result<Self, SceneError> {
         let entries = ADVICE.iter().filter_map(|(error, key)| {
             let (_, method, value) = advice.iter().find(|(of, ..)| of == error)?;
-            Some((key.path, Value::from(format!("{method} {value:e}"))))
+            let path = join("accuracy", key.name);
+            Some((path, Value::from(format!("{method} {value:e}"))))
         });
         self.with_entries(entries)
     }
@@ -94,11 +119,11 @@ impl Scene {
         // Sums of decimals are written as decimals.
         let step_us = (1e9 * step).round() / 1e3;
         let mut entries = vec![
-            (METHOD.path, Value::from(advised.method.name())),
-            (MAX_STEP.path, Value::from(step_us)),
+            ("time.method", Value::from(advised.method.name())),
+            ("time.max_step_us", Value::from(step_us)),
         ];
         if !fixed {
-            entries.push((TOLERANCE.path, Value::from(advised.value)));
+            entries.push(("time.tolerance", Value::from(advised.value)));
         }
         self.with_entries(entries)
     }
@@ -146,13 +171,13 @@ mod tests {
         );
         let found = |error: f64| advised.with_accuracy(error).unwrap().integrator;
         let fine = found(1e-4);
-        assert_eq!((fine.method, fine.tolerance), (Method::Dop853, 1e-4));
+        assert_eq!((fine.method, fine.tolerance), (MethodName::Dop853, 1e-4));
         assert_eq!(fine.max_step, LONGEST_STEP);
         let coarse = found(0.3);
-        assert_eq!(coarse.method, Method::Rk4);
+        assert_eq!(coarse.method, MethodName::Rk4);
         assert!((coarse.max_step / 1.6e-6 - 1.0).abs() < 1e-12);
         // Between two the better one.
-        assert_eq!(found(5e-3).method, Method::Dop853);
+        assert_eq!(found(5e-3).method, MethodName::Dop853);
         let refused = |error: f64| advised.with_accuracy(error).unwrap_err().to_string();
         assert!(
             refused(1e-6).contains("`squeakscope cost SCENE --write FILE.toml`"),

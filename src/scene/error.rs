@@ -151,7 +151,7 @@ pub enum Fault {
     #[error("`{key}` is missing; it must be {expected}")]
     Missing {
         /// Full path of the key.
-        key: &'static str,
+        key: String,
         /// What the value must be.
         expected: String,
     },
@@ -159,7 +159,7 @@ pub enum Fault {
     #[error("`{key}` is {found}; it must be {expected}")]
     WrongType {
         /// Full path of the key.
-        key: &'static str,
+        key: String,
         /// The value as written, shortened.
         found: String,
         /// What the value must be.
@@ -188,7 +188,7 @@ pub enum Fault {
     #[error("`{key}` = {found} is out of range; it must be {expected}")]
     OutOfRange {
         /// Full path of the key.
-        key: &'static str,
+        key: String,
         /// The value as written, shortened.
         found: String,
         /// What the value must be.
@@ -201,7 +201,7 @@ pub enum Fault {
     )]
     UnknownChoice {
         /// Full path of the key.
-        key: &'static str,
+        key: String,
         /// The value as written, shortened.
         found: String,
         /// The choice spelt most like it, if any is close.
@@ -213,7 +213,7 @@ pub enum Fault {
     #[error("`{key}`: {problem}; {remedy}")]
     Inconsistent {
         /// Full path of its key.
-        key: &'static str,
+        key: String,
         /// What does not fit together.
         problem: String,
         /// What to do about it.
@@ -222,6 +222,19 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// Values that are each allowed, but not together.
+    pub(super) fn inconsistent(
+        key: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Inconsistent {
+            key: key.into(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
     /// The error of this fault at a place.
     pub(super) fn at(self, at: Place) -> SceneError {
         SceneError::Content {
@@ -230,6 +243,24 @@ impl Fault {
         }
     }
 }
+
+/// Refuses values that do not fit together, unless the condition holds. After it come the key at fault,
+/// other keys that take part, the problem, and the remedy.
+macro_rules! ensure {
+    (
+        $document:expr, $holds:expr => $key:expr, $others:expr;
+        $problem:literal $(, $value:expr)*;
+        $remedy:literal $(, $limit:expr)*
+    ) => {{
+        let holds: bool = $holds;
+        if !holds {
+            let (problem, remedy) = (format!($problem $(, $value)*), format!($remedy $(, $limit)*));
+            return Err($document.inconsistent($key, $others, problem, remedy));
+        }
+    }};
+}
+
+pub(super) use ensure;
 
 /// The part of a message that offers another spelling.
 fn did_you_mean(nearest: &Option<String>) -> String {

@@ -1,8 +1,11 @@
 //! The mechanisms by which friction makes things squeal: what a scene can teach.
 
+use strum::VariantArray;
+
 /// A mechanism that a scene shows. Its lesson explains it beside the picture that proves it, with
 /// numbers measured in the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, strum::VariantArray, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Mechanism {
     /// Friction that falls with the sliding speed feeds one mode.
     NegativeSlope,
@@ -28,32 +31,10 @@ pub enum Mechanism {
 
 impl Mechanism {
     /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::NegativeSlope,
-        Self::ModeCoupling,
-        Self::StickSlip,
-        Self::LiftOff,
-        Self::ExchangedFriction,
-        Self::WhichModeWins,
-        Self::Hysteresis,
-        Self::Torus,
-        Self::Chaos,
-        Self::Prediction,
-    ];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Its name in a scene file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NegativeSlope => "negative-slope",
-            Self::ModeCoupling => "mode-coupling",
-            Self::StickSlip => "stick-slip",
-            Self::LiftOff => "lift-off",
-            Self::ExchangedFriction => "exchanged-friction",
-            Self::WhichModeWins => "which-mode-wins",
-            Self::Hysteresis => "hysteresis",
-            Self::Torus => "torus",
-            Self::Chaos => "chaos",
-            Self::Prediction => "prediction",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }

@@ -1,41 +1,33 @@
 #![doc = include_str!("../guide/scenes.md")]
 
 mod accuracy;
+mod document;
 mod error;
-mod file;
-mod keys;
-mod kind;
 mod mechanism;
 mod overrides;
 mod parameter;
 mod presets;
 mod schedule;
+mod schema;
 mod spec;
 mod subject;
-mod units;
-mod validate;
+mod tables;
 
-#[cfg(test)]
-mod schedule_tests;
-#[cfg(test)]
-mod small_tests;
 #[cfg(test)]
 mod tests;
 
-#[cfg(test)]
-mod effects_tests;
-
 pub use accuracy::{Advised, LONGEST_STEP};
 pub use error::{Fault, Place, SceneError, SceneWarning};
-pub use keys::key_reference;
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use spec::{
-    Amount, AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, Events,
-    ExponentsSpec, Integrator, Method, NearnessSpec, QuantificationSpec, RecordSpec,
-    RecurrenceSpec, RegimeSpec, Scene, SectionSpec, SectionSurface, Setting, SlidingSpec,
-    SpectrogramSpec, Start, StateCoordinate,
-};
+pub use schema::key_reference;
+pub use spec::{Scene, SectionSurface, Setting, StateCoordinate};
 pub use subject::{Held, Loading, ScaledRotation, SmallSystem, SubjectSpec, TiltedJoint};
+pub use tables::analysis::{
+    AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, ExponentsSpec, NearnessSpec,
+    QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec, SlidingSpec, SpectrogramSpec,
+    SpectrumSpec,
+};
+pub use tables::{Events, Integrator, RecordSpec, Start};

@@ -1,12 +1,13 @@
 //! What a command line may change of a scene, under the same ranges as in a file.
 
 use super::error::{Place, SceneError, SceneWarning};
-use super::file::mismatched;
-use super::keys::{self, Key};
-use super::kind::Number;
 use super::schedule::Schedule;
-use super::spec::{AnalysisSpec, Scene};
-use super::validate::{patch_stays, shown_mechanism, sliding};
+use super::schema::SCHEMA;
+use super::schema::kind::Kind;
+use super::spec::Scene;
+use super::tables::analysis::AnalysisSpec;
+use super::tables::load::{FACTOR, LOAD, TILT};
+use super::tables::{patch_stays, shown_mechanism, sliding};
 use crate::joint::Friction;
 
 impl Scene {
@@ -17,7 +18,7 @@ impl Scene {
     /// not slide.
     pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
         let mut joint = self.joint()?.clone();
-        joint.tilt = Schedule::constant(self.overridden(&keys::TILT, tilt_deg)?);
+        joint.tilt = Schedule::constant(self.overridden("load.tilt_deg", tilt_deg)?);
         sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
         patch_stays(&joint, || self.place_of_override())?;
         *self.joint_mut()? = joint;
@@ -30,7 +31,7 @@ impl Scene {
     /// # Errors
     /// When the time is out of range.
     pub fn with_duration(mut self, duration_ms: f64) -> Result<Self, SceneError> {
-        self.duration = self.overridden(&keys::DURATION, duration_ms)?;
+        self.duration = self.overridden("time.duration_ms", duration_ms)?;
         Ok(self)
     }
 
@@ -39,14 +40,14 @@ impl Scene {
     /// # Errors
     /// When the tolerance is out of range.
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SceneError> {
-        self.integrator.tolerance = self.overridden(&keys::TOLERANCE, tolerance)?;
+        self.integrator.tolerance = self.overridden("time.tolerance", tolerance)?;
         Ok(self)
     }
 
     /// The same scene with another seed of its random kick.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.start.seed = seed;
-        self.note(keys::SEED.path, seed);
+        self.note("start.seed", seed);
         self
     }
 
@@ -93,9 +94,9 @@ impl Scene {
         }
         let factor = joint.rotation.as_ref().map(|r| &r.factor);
         for (keys, schedule) in [
-            (&keys::TILT_SCHEDULE, Some(&joint.tilt)),
-            (&keys::LOAD_SCHEDULE, joint.load.as_ref()),
-            (&keys::FACTOR_SCHEDULE, factor),
+            (&TILT, Some(&joint.tilt)),
+            (&LOAD, joint.load.as_ref()),
+            (&FACTOR, factor),
         ] {
             let last = schedule.and_then(Schedule::last_point);
             let steps = schedule
@@ -122,11 +123,11 @@ impl Scene {
         let analysis = &self.analysis;
         let starts = [
             (
-                keys::SETTLE.path,
+                "analysis.exponents.settle_ms",
                 analysis.exponents.map(|spec| spec.settle),
             ),
             (
-                keys::BUTTERFLY_START.path,
+                "analysis.butterfly.start_ms",
                 analysis.butterfly.map(|spec| spec.start),
             ),
         ];
@@ -142,12 +143,15 @@ impl Scene {
         warnings
     }
 
-    /// Takes a value in place of a key's, and notes it at the end of the recorded text.
-    fn overridden(&mut self, key: &Key<Number>, stated: f64) -> Result<f64, SceneError> {
-        let value = key.kind.accept(stated).map_err(|mismatch| {
-            mismatched(key, mismatch, self.place_of_override(), stated.to_string())
+    /// Takes a value in place of a number's, and notes it at the end of the recorded text.
+    fn overridden(&mut self, path: &str, stated: f64) -> Result<f64, SceneError> {
+        let declared = SCHEMA.find(path).expect("a declared key");
+        let number = declared.key.kind.as_number().expect("a plain number");
+        let value = number.accept(stated).map_err(|mismatch| {
+            let fault = mismatch.fault(path.to_owned(), number.expected(), stated.to_string());
+            fault.at(self.place_of_override())
         })?;
-        self.note(key.path, stated);
+        self.note(path, stated);
         Ok(value)
     }
 

@@ -6,11 +6,13 @@ use std::fmt;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::error::{CLOSE, Fault, Place, SceneError, nearest};
-use super::keys::{
-    ALL, Entry, FACTOR_SCHEDULE, LOAD, LOAD_SCHEDULE, ROTATION, ScheduleKeys, TILT, TILT_SCHEDULE,
-    is_of_a_schedule, split,
-};
+use super::schema::{Declared, SCHEMA, join, split};
 use super::spec::Scene;
+use super::tables::load::{FACTOR, FileKnots, LOAD, TILT, is_of_a_schedule};
+
+const LOAD_PATH: &str = "load.load_n";
+const TILT_PATH: &str = "load.tilt_deg";
+const ROTATION_PATH: &str = "rotation.rad_s";
 
 /// The axis about which the ball of the paper turns.
 const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
@@ -18,7 +20,7 @@ const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 /// A number of a scene file that can be given another value.
 #[derive(Clone, Copy)]
 pub struct Parameter {
-    key: &'static dyn Entry,
+    key: &'static Declared,
 }
 
 impl Parameter {
@@ -28,65 +30,63 @@ impl Parameter {
     /// # Errors
     /// When no scene has such a number; the error names the nearest one.
     pub fn named(name: &str) -> Result<Self, SceneError> {
-        let keys = || ALL.iter().copied().filter(|key| is_free(*key));
-        if let Some(key) = keys().find(|key| key.path() == name) {
+        let keys = || SCHEMA.0.iter().filter(|key| is_free(key));
+        if let Some(key) = keys().find(|key| key.path == name) {
             return Ok(Self { key });
         }
+        let place = Place {
+            file: "the parameter to vary".to_owned(),
+            line: None,
+        };
+        let key = name.to_owned();
         // A key of the file, but no number.
-        if ALL.iter().any(|key| key.path() == name) {
-            let fault = Fault::NotANumber {
-                key: name.to_owned(),
-            };
-            return Err(fault.at(Place {
-                file: "the parameter to vary".to_owned(),
-                line: None,
-            }));
+        if SCHEMA.find(name).is_some() {
+            return Err(Fault::NotANumber { key }.at(place));
         }
-        let namesakes: Vec<_> = keys().filter(|key| split(key.path()).1 == name).collect();
+        let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
         if let [key] = namesakes[..] {
             return Ok(Self { key });
         }
         let nearest = match namesakes.first() {
-            Some(namesake) => Some(namesake.path().to_owned()),
-            None => nearest(name, keys().map(|key| key.path()), CLOSE).map(str::to_owned),
+            Some(namesake) => Some(&namesake.path[..]),
+            None => nearest(name, keys().map(|key| &key.path[..]), CLOSE),
         };
         let unknown = Fault::UnknownKey {
-            key: name.to_owned(),
-            nearest,
+            key,
+            nearest: nearest.map(str::to_owned),
             known: "`squeakscope scenes --keys` lists every number of a scene".to_owned(),
         };
-        Err(unknown.at(Place {
-            file: "the parameter to vary".to_owned(),
-            line: None,
-        }))
+        Err(unknown.at(place))
     }
 
     /// The tilt of the load, constant in time.
     pub fn tilt() -> Self {
-        Self { key: &TILT }
+        Self {
+            key: SCHEMA.find(TILT_PATH).expect("a declared key"),
+        }
     }
 
     /// The dotted path.
     pub fn path(self) -> &'static str {
-        self.key.path()
+        &self.key.path
     }
 
     /// What it is, in a sentence.
     pub fn meaning(self) -> &'static str {
-        self.key.meaning()
+        self.key.key.meaning
     }
 
     /// The unit in which it is stated; empty for a pure number.
     pub fn unit(self) -> &'static str {
-        self.key.unit_symbol()
+        self.key.key.kind.unit().symbol
     }
 }
 
 /// Whether a key is a number that holds for a whole run, not a part of a function of time; or the rotation,
 /// which is varied by its size.
-fn is_free(key: &dyn Entry) -> bool {
-    let number = key.is_number() && !is_of_a_schedule(key.path());
-    number || key.path() == ROTATION.path
+fn is_free(key: &Declared) -> bool {
+    let number = key.key.kind.is_number() && !is_of_a_schedule(&key.path);
+    number || key.path == ROTATION_PATH
 }
 
 impl PartialEq for Parameter {
@@ -117,7 +117,7 @@ impl Scene {
         let values = values
             .iter()
             .map(|&(parameter, value)| match parameter.path() {
-                path if path == ROTATION.path => (path, self.rotation_of(value)),
+                path @ ROTATION_PATH => (path, self.rotation_of(value)),
                 path => (path, number(value)),
             });
         self.with_entries(values)
@@ -138,22 +138,17 @@ impl Scene {
         let Ok(joint) = self.joint() else {
             return Ok(());
         };
-        let (keys, key) = match parameter.path() {
-            path if path == LOAD.path && joint.load.is_some() => (&LOAD_SCHEDULE, LOAD.path),
-            path if path == ROTATION.path && joint.rotation.is_some() => {
-                (&FACTOR_SCHEDULE, ROTATION.path)
-            }
+        let path = parameter.path();
+        let word = match path {
+            LOAD_PATH if joint.load.is_some() => LOAD.word,
+            ROTATION_PATH if joint.rotation.is_some() => FACTOR.word,
             _ => return Ok(()),
         };
-        let fault = Fault::Inconsistent {
-            key,
-            problem: format!(
-                "the {} of this scene is a function of time, and a value would hold for the whole run",
-                keys.word
-            ),
-            remedy: format!("take a scene in which the {} is constant", keys.word),
-        };
-        Err(fault.at(self.place_of_override()))
+        let problem = format!(
+            "the {word} of this scene is a function of time, and a value would hold for the whole run"
+        );
+        let remedy = format!("take a scene in which the {word} is constant");
+        Err(Fault::inconsistent(path, problem, remedy).at(self.place_of_override()))
     }
 
     /// The scene's rotation with another size, rad/s.
@@ -168,18 +163,19 @@ impl Scene {
         Value::from_iter(axis.map(|w| size * w))
     }
 
-    pub(super) fn with_entries<'p>(
+    pub(super) fn with_entries(
         &self,
-        entries: impl IntoIterator<Item = (&'p str, Value)>,
+        entries: impl IntoIterator<Item = (impl AsRef<str>, Value)>,
     ) -> Result<Self, SceneError> {
         let mut document: DocumentMut = self
             .text
             .parse()
             .map_err(|error| syntax(&error).at(self.place_of_override()))?;
         for (path, value) in entries {
+            let path = path.as_ref();
             set(document.as_table_mut(), path, value);
-            if path == TILT.path {
-                for form in TILT_SCHEDULE.forms().filter(|form| *form != TILT.path) {
+            if path == TILT_PATH {
+                for form in TILT.paths().filter(|form| *form != TILT_PATH) {
                     remove(&mut document, form);
                 }
             }
@@ -204,35 +200,33 @@ fn remove(document: &mut DocumentMut, path: &str) {
 /// When the text is no TOML.
 pub(super) fn with_knots(
     text: &str,
-    keys: &ScheduleKeys,
-    knots: &[[f64; 2]],
-    place: Place,
+    FileKnots { keys, knots }: &FileKnots,
+    place: impl FnOnce() -> Place,
 ) -> Result<String, SceneError> {
-    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place))?;
-    let (list, columns) = keys.knots;
-    let mut array = Array::new();
+    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
+    let mut list = Array::new();
     for knot in knots {
         let mut table = InlineTable::new();
-        for (column, value) in columns.into_iter().zip(knot) {
-            table.insert(column.name(), number(*value));
+        for (column, value) in keys.knot.iter().zip(knot) {
+            table.insert(column.name, number(*value));
         }
-        array.push(table);
+        list.push(table);
     }
-    let (table, _) = split(list.path);
-    let table = document.get_mut(table).and_then(Item::as_table_like_mut);
+    let table = document
+        .get_mut(keys.table)
+        .and_then(Item::as_table_like_mut);
     let file = table.and_then(|table: &mut dyn TableLike| {
-        let file = table.remove(keys.csv.name());
-        table.insert(list.name(), Item::Value(array.into()));
+        let file = table.remove(keys.csv.name);
+        table.insert(keys.knots.name, Item::Value(list.into()));
         file
     });
-    let file = file
-        .and_then(|file| file.as_str().map(str::to_owned))
-        .unwrap_or_default();
+    let file = file.as_ref().and_then(Item::as_str).unwrap_or_default();
     let mut text = document.to_string();
     if !text.ends_with('\n') {
         text.push('\n');
     }
-    text.push_str(&format!("# {} was read from {file:?}\n", list.path));
+    let path = join(keys.table, keys.knots.name);
+    text.push_str(&format!("# {path} was read from {file:?}\n"));
     Ok(text)
 }
 

@@ -122,7 +122,7 @@ macro_rules! analyses {
 
 /// Those that look at samples.
 const ANALYSES: [Analysis; 8] = analyses! {
-    "spectrum", spectrum, |of| of.window;
+    "spectrum", spectrum, |of| of.sliding.window;
     "spectrogram", spectrogram, |of| of.sliding.window;
     "delay and dimension", delay, |of| of.sliding.window;
     "recurrence plot", recurrence, |of| of.sliding.window;

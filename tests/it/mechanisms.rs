@@ -139,7 +139,7 @@ fn every_mechanism_has_its_scene() {
         .iter()
         .filter_map(|preset| preset.scene().expect("valid").mechanism)
         .collect();
-    for mechanism in Mechanism::ALL {
+    for &mechanism in Mechanism::ALL {
         assert!(shown.contains(&mechanism), "{}", mechanism.name());
     }
 }

@@ -191,7 +191,7 @@ fn a_panicking_sink_is_the_run_s_error() {
 #[test]
 fn hopeless_steps_are_refused() {
     let mut scene = short();
-    scene.integrator.method = squeakscope::scene::Method::Rk4;
+    scene.integrator.method = squeakscope::dynamics::MethodName::Rk4;
     scene.integrator.max_step = 1e-3;
     let fault = run(&scene, "test", &mut Vec::new(), Monitor::default()).unwrap_err();
     assert!(matches!(fault, PipelineError::Step { .. }), "{fault:?}");

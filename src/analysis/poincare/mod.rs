@@ -19,7 +19,8 @@ pub use finder::SectionFinder;
 pub use shape::{Clusters, SectionShape, clusters, section_shape};
 
 /// Which way through the surface counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Direction {
     /// From negative to positive.
     #[default]

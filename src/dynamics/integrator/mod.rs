@@ -10,7 +10,7 @@ mod neighbour;
 
 use checks::{check_modes, check_size};
 use engine::{Engine, LACKS_DERIVATIVE};
-pub use method::Method;
+pub use method::{Method, MethodName};
 use neighbour::Neighbour;
 
 use std::sync::Arc;

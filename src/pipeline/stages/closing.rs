@@ -4,7 +4,7 @@ use super::{LINE_WINDOW, Reading, half_range, peak_magnitude, samples};
 use crate::analysis::{History, SpectrumAnalyser};
 use crate::dynamics::Tally;
 use crate::pipeline::message::{Frame, Summary};
-use crate::scene::SlidingSpec;
+use crate::scene::SpectrumSpec;
 
 /// The last window where no spectrum is asked for, s.
 const DEFAULT_WINDOW: f64 = 20e-3;
@@ -20,9 +20,9 @@ pub struct ClosingStage {
 
 impl ClosingStage {
     /// With the spectrum's window, if there is one, of samples at `rate` (Hz).
-    pub fn new(spectrum: Option<&SlidingSpec>, rate: f64) -> Self {
+    pub fn new(spectrum: Option<&SpectrumSpec>, rate: f64) -> Self {
         let length = samples(
-            spectrum.map_or(DEFAULT_WINDOW, |s| s.window),
+            spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window),
             rate,
             SpectrumAnalyser::FEWEST_SAMPLES,
         );

@@ -4,7 +4,7 @@ use super::{Context, Emit, LINE_WINDOW, Reading, Stage, samples};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
-use crate::scene::SlidingSpec;
+use crate::scene::SpectrumSpec;
 
 /// Emits [`Record::Spectrum`].
 ///
@@ -17,10 +17,10 @@ pub struct SpectrumStage {
 
 impl SpectrumStage {
     /// For samples at `rate` (Hz).
-    pub fn new(spec: &SlidingSpec, rate: f64) -> Self {
-        let length = samples(spec.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
+    pub fn new(spec: &SpectrumSpec, rate: f64) -> Self {
+        let length = samples(spec.sliding.window, rate, SpectrumAnalyser::FEWEST_SAMPLES);
         Self {
-            sliding: SlidingWindow::new(length, spec.every * rate)
+            sliding: SlidingWindow::new(length, spec.sliding.every * rate)
                 .starting_with((length / 4).max(SpectrumAnalyser::FEWEST_SAMPLES)),
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
         }

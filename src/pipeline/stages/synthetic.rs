@@ -9,6 +9,7 @@ use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordin
 use crate::scene::{
     AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
+    SpectrumSpec,
 };
 
 /// Sample rate of all synthetic runs, Hz.
@@ -20,7 +21,9 @@ pub const SLIDING_SPEED: f64 = 15.9e-3;
 /// The default analyses.
 pub fn analyses() -> AnalysisSpec {
     AnalysisSpec {
-        spectrum: Some(sliding(20e-3, 5e-3)),
+        spectrum: Some(SpectrumSpec {
+            sliding: sliding(20e-3, 5e-3),
+        }),
         spectrogram: Some(SpectrogramSpec {
             sliding: sliding(5e-3, 0.5e-3),
             max_frequency: 20e3,

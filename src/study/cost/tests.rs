@@ -24,7 +24,7 @@ fn errors(study: &CostStudy, family: &str) -> Vec<f64> {
 #[test]
 fn tighter_tolerances_cost_calls_and_bring_accuracy() {
     let study = turned("torus-3deg", Knob::Integrator);
-    assert_eq!(study.sets.len(), crate::scene::Method::ALL.len());
+    assert_eq!(study.sets.len(), crate::dynamics::MethodName::ALL.len());
     for set in &study.sets {
         let floor = set.floor.unwrap();
         assert!(floor < 1e-7, "{}: {floor}", set.family);

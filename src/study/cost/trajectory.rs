@@ -1,10 +1,11 @@
 //! Knobs whose error is that of a trajectory: integrator, events, contact nodes.
 
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
+use crate::dynamics::MethodName;
 use crate::dynamics::Tally;
 use crate::joint::{BallJoint, Quadrature};
 use crate::pipeline::{Prepared, prepare_on};
-use crate::scene::{Events, LONGEST_STEP, Method, Scene};
+use crate::scene::{Events, LONGEST_STEP, Scene};
 
 /// Tells the share of the work that is done, and whether to go on.
 type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
@@ -96,7 +97,7 @@ fn follow(
 }
 
 /// A scene with another integrator.
-fn with(scene: &Scene, method: Method, value: f64, events: Events) -> Scene {
+fn with(scene: &Scene, method: MethodName, value: f64, events: Events) -> Scene {
     let mut scene = scene.clone();
     let integrator = &mut scene.integrator;
     integrator.method = method;
@@ -115,8 +116,8 @@ impl Ground<'_> {
     /// The reference from the settled state, and its own error.
     fn reference(&mut self, scene: &Scene) -> Result<(Path, f64), CostError> {
         let events = Events::Exact;
-        let best = self.path(&with(scene, Method::Lawson54, REFERENCE, events))?;
-        let other = self.path(&with(scene, Method::Tsit54, REFERENCE, events))?;
+        let best = self.path(&with(scene, MethodName::Lawson54, REFERENCE, events))?;
+        let other = self.path(&with(scene, MethodName::Tsit54, REFERENCE, events))?;
         let floor = other.error(&best);
         Ok((best, floor))
     }
@@ -184,7 +185,7 @@ pub(super) fn integrator_sets(
     let events = scene.integrator.events;
     let (reference, floor) = ground.reference(&scene)?;
     let mut sets = Vec::new();
-    for (k, method) in Method::ALL.into_iter().enumerate() {
+    for (k, method) in MethodName::ALL.iter().copied().enumerate() {
         let values: Vec<f64> = match method.has_fixed_step() {
             true => STEPS.to_vec(),
             false => TOLERANCES.to_vec(),
@@ -192,7 +193,7 @@ pub(super) fn integrator_sets(
         let mut points = Vec::new();
         for value in values {
             let turned = with(&scene, method, value, events);
-            let on = &mut || goes_on(k as f64 / Method::ALL.len() as f64);
+            let on = &mut || goes_on(k as f64 / MethodName::ALL.len() as f64);
             let Some(point) = ground.point(value, &turned, &reference, on) else {
                 return Ok(None);
             };
@@ -223,7 +224,7 @@ pub(super) fn event_sets(
     for (k, events) in [Events::Through, Events::Exact].into_iter().enumerate() {
         let mut points = Vec::new();
         for value in TOLERANCES.into_iter().step_by(2) {
-            let turned = with(&scene, Method::Lawson54, value, events);
+            let turned = with(&scene, MethodName::Lawson54, value, events);
             let on = &mut || goes_on(0.5 * k as f64);
             let Some(point) = ground.point(value, &turned, &reference, on) else {
                 return Ok(None);
@@ -254,7 +255,7 @@ pub(super) fn node_sets(
     let turned = |quadrature, nodes| -> Result<Scene, CostError> {
         let mut scene = with(
             &ground.plan.scene,
-            Method::Lawson54,
+            MethodName::Lawson54,
             TOLERANCE,
             Events::Through,
         );

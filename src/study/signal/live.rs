@@ -6,6 +6,7 @@ use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch, Line};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
+    SpectrumSpec,
 };
 
 /// Looks at a window along the whole signal.
@@ -59,7 +60,9 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         parting_samples,
     );
     AnalysisSpec {
-        spectrum: Some(sliding(SPECTRUM_PERIODS * period, LOOKS)),
+        spectrum: Some(SpectrumSpec {
+            sliding: sliding(SPECTRUM_PERIODS * period, LOOKS),
+        }),
         spectrogram: Some(SpectrogramSpec {
             sliding: sliding(
                 spectrogram_window(signal.samples.len(), period * rate) as f64 / rate,

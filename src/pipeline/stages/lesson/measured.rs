@@ -55,7 +55,9 @@ impl Measured {
             Subject::Signal(_) => (1e3, Vec::new()),
         };
         let piece = (0.5 * header.sample_rate / lowest).round().max(1.0) as usize;
-        let window = spec.spectrum.map_or(0.0, |spectrum| spectrum.window);
+        let window = spec
+            .spectrum
+            .map_or(0.0, |spectrum| spectrum.sliding.window);
         Self {
             envelope: Envelope::new(piece, SMALL * computed.sliding_speed),
             peaks: Vec::new(),

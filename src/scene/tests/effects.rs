@@ -1,7 +1,7 @@
 //! Effects that a scene can call for: laws of friction, damping of the contact, `Omega x u`.
 
-use super::*;
 use crate::joint::{Constant, ContactDamping, Friction, JointSpec};
+use crate::scene::*;
 
 const SMALLEST: &str = "[load]\nload_n = 150\ntilt_deg = 2\n[time]\nduration_ms = 1\n";
 

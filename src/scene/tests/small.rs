@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::*;
+use crate::scene::*;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
 const TIME: &str = "time.duration_ms = 10\n";
@@ -130,7 +130,7 @@ fn faults_name_line_and_remedy() {
          it must be a number from 0 to 1"
     );
     assert!(
-        refusal("[mass_on_belt]\nfrequency_hz = 400\n")
+        refusal("[mass_on_belt]\nfrequency_hz = 400\nload_n_per_kg = 210\n")
             .contains(":2: `mass_on_belt.mu_s` is missing; it must be a number from 0 to 10")
     );
     assert!(

@@ -3,13 +3,12 @@
 use crate::joint::{BodySpec, JointSpec, patch_direction};
 use crate::scene::Schedule;
 use crate::scene::error::{Fault, Place, SceneError};
-use crate::scene::keys;
 use crate::scene::subject::TiltedJoint;
 
 /// The central contact point must slide at every tilt that is reached: otherwise Eq. (24) has no
 /// direction. It does not where the load's axis meets the axis of rotation. A ball that does not turn
 /// slides nowhere, at any tilt: its joint is at rest, and Eq. (24) is read in the direction of the tilt.
-pub(in crate::scene) fn sliding(
+pub fn sliding(
     joint: &JointSpec,
     tilt: &Schedule,
     place: impl FnOnce() -> Place,
@@ -38,53 +37,38 @@ pub(in crate::scene) fn sliding(
         .find(|end| (lowest..=highest).contains(end));
     match meets {
         None => Ok(()),
-        Some(end) => Err(Fault::Inconsistent {
-            key: keys::ROTATION.path,
-            problem: format!(
+        Some(end) => {
+            let problem = format!(
                 "at a tilt of {:.3} deg the load lies along the axis of rotation, so the central \
                  contact point does not slide",
                 end.to_degrees()
-            ),
-            remedy: "change the rotation, load.azimuth_deg or the tilt".to_owned(),
+            );
+            let remedy = "change the rotation, load.azimuth_deg or the tilt";
+            Err(Fault::inconsistent("rotation.rad_s", problem, remedy).at(place()))
         }
-        .at(place())),
     }
 }
 
 /// A contact patch from a file is that of one load: it must be the scene's, and stay.
-pub(in crate::scene) fn patch_stays(
-    joint: &TiltedJoint,
-    place: impl FnOnce() -> Place,
-) -> Result<(), SceneError> {
+pub fn patch_stays(joint: &TiltedJoint, place: impl FnOnce() -> Place) -> Result<(), SceneError> {
     let TiltedJoint {
         spec, tilt, load, ..
     } = joint;
     let BodySpec::Own(modes) = &spec.body else {
         return Ok(());
     };
-    let varies = load.as_ref().is_some_and(Schedule::varies);
-    let moved = [
-        (
-            tilt.varies(),
-            [keys::TILT_KNOTS.path, keys::TILT.path],
-            "the load tilts",
-        ),
-        (
-            varies,
-            [keys::LOAD_KNOTS.path, keys::LOAD.path],
-            "the load changes",
-        ),
-    ];
-    if let Some((_, [key, constant], what)) = moved.into_iter().find(|(varies, ..)| *varies) {
-        return Err(Fault::Inconsistent {
-            key,
-            problem: format!(
-                "{what}, and the contact patch of `{}` stays as it is",
-                modes.name()
-            ),
-            remedy: format!("give a constant {constant}, or leave out body.modes"),
-        }
-        .at(place()));
+    let moved = if tilt.varies() {
+        Some(("load.tilt", "load.tilt_deg", "the load tilts"))
+    } else if load.as_ref().is_some_and(Schedule::varies) {
+        Some(("load.load", "load.load_n", "the load changes"))
+    } else {
+        None
+    };
+    if let Some((key, constant, what)) = moved {
+        let file = modes.name();
+        let problem = format!("{what}, and the contact patch of `{file}` stays as it is");
+        let remedy = format!("give a constant {constant}, or leave out body.modes");
+        return Err(Fault::inconsistent(key, problem, remedy).at(place()));
     }
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);
     modes

@@ -1,9 +1,8 @@
 //! Whether a scene can show the mechanism that it names: its lesson must have something to measure.
 
 use crate::joint::Friction;
+use crate::scene::document::Document;
 use crate::scene::error::SceneError;
-use crate::scene::file::Document;
-use crate::scene::keys;
 use crate::scene::mechanism::Mechanism;
 use crate::scene::spec::Scene;
 use crate::scene::subject::{SmallSystem, SubjectSpec, TiltedJoint};
@@ -12,14 +11,14 @@ use crate::scene::subject::{SmallSystem, SubjectSpec, TiltedJoint};
 type Lack = (&'static str, &'static str);
 
 /// Refuses a mechanism that the scene cannot show.
-pub(super) fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneError> {
+pub fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneError> {
     let Some(mechanism) = scene.mechanism else {
         return Ok(());
     };
     match lack(scene, mechanism) {
         None => Ok(()),
         Some((problem, remedy)) => Err(document.inconsistent(
-            keys::MECHANISM.path,
+            "mechanism",
             &[],
             format!("\"{}\" {problem}", mechanism.name()),
             remedy,
@@ -28,7 +27,7 @@ pub(super) fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneE
 }
 
 /// The mechanism that a scene names, if it can show it.
-pub(in crate::scene) fn shown(scene: &Scene) -> Option<Mechanism> {
+pub fn shown(scene: &Scene) -> Option<Mechanism> {
     let named = scene.mechanism;
     named.filter(|mechanism| lack(scene, *mechanism).is_none())
 }

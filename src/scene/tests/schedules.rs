@@ -2,8 +2,9 @@
 
 use std::fs;
 
-use super::keys::{ALL, is_of_a_schedule, split};
-use super::*;
+use crate::scene::schema::{Declared, SCHEMA};
+use crate::scene::tables::load::is_of_a_schedule;
+use crate::scene::*;
 
 /// A scene with the given lines on load, tilt and rotation.
 fn text(lines: &str) -> String {
@@ -218,15 +219,15 @@ fn points_out_of_order_are_told_at_their_line() {
 /// Every number of a function of time is refused when it is not finite, by its own name.
 #[test]
 fn no_number_of_a_function_is_infinite() {
-    let numbers = || ALL.iter().filter(|key| is_of_a_schedule(key.path()));
+    let numbers = || SCHEMA.0.iter().filter(|key| is_of_a_schedule(&key.path));
     assert_eq!(numbers().count(), 3 * (2 + 2 + 4));
-    for key in numbers() {
-        let (table, name) = split(key.path());
-        let is_list = ALL.iter().any(|key| key.path() == table);
+    for Declared { table, path, key } in numbers() {
+        let name = key.name;
+        let is_list = SCHEMA.find(table).is_some();
         for value in ["nan", "inf", "-inf"] {
-            let mates = numbers().filter(|mate| split(mate.path()).0 == table);
+            let mates = numbers().filter(|mate| mate.table == *table);
             let fields: Vec<String> = mates
-                .map(|mate| match split(mate.path()).1 {
+                .map(|mate| match mate.key.name {
                     mate if mate == name => format!("{name} = {value}"),
                     mate => format!("{mate} = 0.5"),
                 })
@@ -236,7 +237,7 @@ fn no_number_of_a_function_is_infinite() {
                 true => format!("{table} = [{{ {fields} }}]"),
                 false => format!("{table} = {{ {fields} }}"),
             });
-            let expected = format!("mine.toml:1: `{}` = {value} is out of range", key.path());
+            let expected = format!("mine.toml:1: `{path}` = {value} is out of range");
             assert!(message.starts_with(&expected), "{message}");
         }
     }

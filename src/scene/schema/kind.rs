@@ -1,0 +1,498 @@
+//! Kinds of values that a key of a scene file can have: how each is read, and how it is described.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use strum::VariantArray;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::unit::{ONE, Unit};
+use crate::scene::error::{CLOSE, Fault, nearest};
+use crate::scene::spec::{Setting, StateCoordinate};
+
+/// Why a value cannot be taken.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Mismatch {
+    /// It is of another type.
+    Type,
+    /// It is a number out of range, or not finite.
+    Range,
+    /// It is a word, but none of the choices; with the one spelt most like it.
+    Choice(Option<&'static str>),
+}
+
+impl Mismatch {
+    /// What is wrong with a key whose value was found to be something else than expected.
+    pub fn fault(self, key: String, expected: String, found: String) -> Fault {
+        match self {
+            Self::Type => Fault::WrongType {
+                key,
+                found,
+                expected,
+            },
+            Self::Range => Fault::OutOfRange {
+                key,
+                found,
+                expected,
+            },
+            Self::Choice(nearest) => Fault::UnknownChoice {
+                key,
+                found,
+                nearest: nearest.map(str::to_owned),
+                expected,
+            },
+        }
+    }
+}
+
+/// A kind of value.
+pub trait Kind: Sync {
+    /// What reading gives: SI units, radians, enums.
+    type Value
+    where
+        Self: Sized;
+
+    /// Reads a TOML value.
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch>
+    where
+        Self: Sized;
+
+    /// What the value must be, without its unit.
+    fn allowed(&self) -> String;
+
+    /// The unit in which it is stated.
+    fn unit(&self) -> Unit {
+        ONE
+    }
+
+    /// The kind itself if it is a plain number.
+    fn as_number(&self) -> Option<Number> {
+        None
+    }
+
+    /// Whether one number is a value.
+    fn is_number(&self) -> bool {
+        self.as_number().is_some()
+    }
+
+    /// What the value must be, as the end of "it must be ...".
+    fn expected(&self) -> String {
+        match self.unit().symbol {
+            "" => self.allowed(),
+            symbol => format!("{} {symbol}", self.allowed()),
+        }
+    }
+}
+
+/// A bounded interval of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// `low <= x <= high`.
+    Closed(f64, f64),
+    /// `low <= x < high`.
+    HalfOpen(f64, f64),
+    /// `low < x < high`.
+    Open(f64, f64),
+    /// `0 < x <= high`.
+    Positive(f64),
+}
+
+impl Range {
+    /// Whether it holds the number; never true of NaN or an infinity.
+    pub fn contains(self, x: f64) -> bool {
+        match self {
+            Self::Closed(low, high) => low <= x && x <= high,
+            Self::HalfOpen(low, high) => low <= x && x < high,
+            Self::Open(low, high) => low < x && x < high,
+            Self::Positive(high) => 0.0 < x && x <= high,
+        }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // `{:?}` writes very small and very large numbers with an exponent.
+        let short = |x: f64| match format!("{x:?}").strip_suffix(".0") {
+            Some(whole) => whole.to_owned(),
+            None => format!("{x:?}"),
+        };
+        match *self {
+            Self::Closed(low, high) => write!(f, "from {} to {}", short(low), short(high)),
+            Self::HalfOpen(low, high) => write!(f, "from {} to below {}", short(low), short(high)),
+            Self::Open(low, high) => write!(f, "above {} and below {}", short(low), short(high)),
+            Self::Positive(high) => write!(f, "above 0, at most {}", short(high)),
+        }
+    }
+}
+
+/// A real number, stated in a unit. An integer literal is taken as well.
+#[derive(Clone, Copy, Debug)]
+pub struct Number {
+    /// The unit of the file.
+    pub unit: Unit,
+    /// Allowed values, in that unit.
+    pub range: Range,
+}
+
+/// A number in a unit, within a range.
+pub const fn number(unit: Unit, range: Range) -> Number {
+    Number { unit, range }
+}
+
+impl Number {
+    /// Takes a number stated in the file's unit, and gives it in SI units.
+    pub fn accept(&self, stated: f64) -> Result<f64, Mismatch> {
+        let is_allowed = self.range.contains(stated);
+        is_allowed
+            .then(|| self.unit.to_si(stated))
+            .ok_or(Mismatch::Range)
+    }
+}
+
+impl Kind for Number {
+    type Value = f64;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<f64, Mismatch> {
+        let stated = match value {
+            DeValue::Float(float) => float.as_str().parse().map_err(|_| Mismatch::Range)?,
+            DeValue::Integer(_) => integer(value)? as f64,
+            _ => return Err(Mismatch::Type),
+        };
+        self.accept(stated)
+    }
+
+    fn allowed(&self) -> String {
+        format!("a number {}", self.range)
+    }
+
+    fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    fn as_number(&self) -> Option<Number> {
+        Some(*self)
+    }
+}
+
+/// An integer literal of any base; out of range if it does not fit 64 bits.
+fn integer(value: &DeValue<'_>) -> Result<i64, Mismatch> {
+    let digits = value.as_integer().ok_or(Mismatch::Type)?;
+    i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|_| Mismatch::Range)
+}
+
+/// The items of a list.
+fn items<'v, 't>(value: &'v DeValue<'t>) -> Result<&'v [Spanned<DeValue<'t>>], Mismatch> {
+    value.as_array().map(|list| &list[..]).ok_or(Mismatch::Type)
+}
+
+/// The numbers of a list.
+fn numbers(item: &Number, list: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
+    let numbers = items(list)?.iter().map(|value| item.read(value.get_ref()));
+    numbers.collect()
+}
+
+/// An integer from the first to the second number.
+#[derive(Clone, Copy, Debug)]
+pub struct Count(pub u32, pub u32);
+
+impl Kind for Count {
+    type Value = usize;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<usize, Mismatch> {
+        let n = u32::try_from(integer(value)?).ok();
+        n.filter(|n| (self.0..=self.1).contains(n))
+            .map(|n| n as usize)
+            .ok_or(Mismatch::Range)
+    }
+
+    fn allowed(&self) -> String {
+        format!("a whole number from {} to {}", self.0, self.1)
+    }
+
+    fn is_number(&self) -> bool {
+        true
+    }
+}
+
+/// The seed of random numbers: any integer that TOML can hold and that is not negative.
+#[derive(Clone, Copy, Debug)]
+pub struct Seed;
+
+impl Kind for Seed {
+    type Value = u64;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<u64, Mismatch> {
+        u64::try_from(integer(value)?).map_err(|_| Mismatch::Range)
+    }
+
+    fn allowed(&self) -> String {
+        format!("a whole number from 0 to {}", i64::MAX)
+    }
+
+    fn is_number(&self) -> bool {
+        true
+    }
+}
+
+/// `true` or `false`.
+#[derive(Clone, Copy, Debug)]
+pub struct Flag;
+
+impl Kind for Flag {
+    type Value = bool;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<bool, Mismatch> {
+        value.as_bool().ok_or(Mismatch::Type)
+    }
+
+    fn allowed(&self) -> String {
+        "true or false".to_owned()
+    }
+}
+
+/// Text that is not blank.
+#[derive(Clone, Copy, Debug)]
+pub struct Text;
+
+impl Kind for Text {
+    type Value = String;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<String, Mismatch> {
+        let text = value.as_str().ok_or(Mismatch::Type)?.trim();
+        let given = (!text.is_empty()).then(|| text.to_owned());
+        given.ok_or(Mismatch::Range)
+    }
+
+    fn allowed(&self) -> String {
+        "a text in quotes, not empty".to_owned()
+    }
+}
+
+/// One of the variants of an enum, by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<T>(PhantomData<T>);
+
+/// A choice among the variants of an enum.
+pub const fn choice<T>() -> Choice<T> {
+    Choice(PhantomData)
+}
+
+impl<T: VariantArray + Clone + Into<&'static str> + Sync> Choice<T> {
+    fn names() -> impl Iterator<Item = &'static str> {
+        T::VARIANTS.iter().map(|variant| variant.clone().into())
+    }
+}
+
+impl<T: VariantArray + Clone + Into<&'static str> + Sync> Kind for Choice<T> {
+    type Value = T;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<T, Mismatch> {
+        let word = value.as_str().ok_or(Mismatch::Type)?;
+        match Self::names().position(|name| name == word) {
+            Some(k) => Ok(T::VARIANTS[k].clone()),
+            None => Err(Mismatch::Choice(nearest(word, Self::names(), CLOSE))),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        let names: Vec<_> = Self::names().map(|name| format!("\"{name}\"")).collect();
+        names.join(" or ")
+    }
+}
+
+/// A value of another kind, or a word that means one.
+#[derive(Clone, Copy, Debug)]
+pub struct OrWord<K: Kind, V> {
+    kind: K,
+    given: fn(K::Value) -> V,
+    word: &'static str,
+    meaning: V,
+}
+
+/// A value, or the word `auto`.
+pub const fn auto_or<K: Kind>(kind: K) -> OrWord<K, Setting<K::Value>>
+where
+    K::Value: Copy,
+{
+    OrWord {
+        kind,
+        given: Setting::Given,
+        word: "auto",
+        meaning: Setting::Auto,
+    }
+}
+
+/// The most of something, or the word `all`: no limit.
+pub const fn all_or(count: Count) -> OrWord<Count, usize> {
+    OrWord {
+        kind: count,
+        given: |limit| limit,
+        word: "all",
+        meaning: usize::MAX,
+    }
+}
+
+impl<K: Kind, V: Copy + Sync> Kind for OrWord<K, V> {
+    type Value = V;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<V, Mismatch> {
+        match value.as_str() {
+            Some(word) if word == self.word => Ok(self.meaning),
+            Some(_) => Err(Mismatch::Choice(None)),
+            None => self.kind.read(value).map(self.given),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("\"{}\", or {}", self.word, self.kind.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.kind.unit()
+    }
+
+    fn is_number(&self) -> bool {
+        self.kind.is_number()
+    }
+}
+
+/// Three numbers: a vector. Holds what each component must be.
+#[derive(Clone, Copy, Debug)]
+pub struct Vector(pub Number);
+
+impl Kind for Vector {
+    type Value = [f64; 3];
+
+    fn read(&self, value: &DeValue<'_>) -> Result<[f64; 3], Mismatch> {
+        match items(value)?.len() {
+            3 => numbers(&self.0, value)?
+                .try_into()
+                .map_err(|_| Mismatch::Type),
+            _ => Err(Mismatch::Type),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("three values [x, y, z], each {}", self.0.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.0.unit
+    }
+}
+
+/// A list of numbers, one at least. Holds what each must be.
+#[derive(Clone, Copy, Debug)]
+pub struct List(pub Number);
+
+impl Kind for List {
+    type Value = Vec<f64>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
+        match items(value)? {
+            [] => Err(Mismatch::Range),
+            _ => numbers(&self.0, value),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("a list of numbers, each {}", self.0.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.0.unit
+    }
+}
+
+/// One number, or a list of them. Holds what each must be.
+#[derive(Clone, Copy, Debug)]
+pub struct OneOrMany(pub Number);
+
+/// What [`OneOrMany`] reads.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers {
+    /// The same number everywhere.
+    One(f64),
+    /// A number each.
+    Many(Vec<f64>),
+}
+
+impl Kind for OneOrMany {
+    type Value = Numbers;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Numbers, Mismatch> {
+        match value.is_array() {
+            true => numbers(&self.0, value).map(Numbers::Many),
+            false => self.0.read(value).map(Numbers::One),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("{}, or a list of them", self.0.allowed())
+    }
+
+    fn unit(&self) -> Unit {
+        self.0.unit
+    }
+
+    fn is_number(&self) -> bool {
+        true
+    }
+}
+
+/// Two coordinates of the modal state: `q` or `qdot` with the number of the mode, from 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Coordinates;
+
+impl Kind for Coordinates {
+    type Value = [StateCoordinate; 2];
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        let [first, second] = items(value)? else {
+            return Err(Mismatch::Type);
+        };
+        Ok([coordinate(first.get_ref())?, coordinate(second.get_ref())?])
+    }
+
+    fn allowed(&self) -> String {
+        "two of \"q1\", \"qdot1\", \"q2\", \"qdot2\", ...".to_owned()
+    }
+}
+
+/// One coordinate of the modal state, such as `qdot12`.
+fn coordinate(value: &DeValue<'_>) -> Result<StateCoordinate, Mismatch> {
+    let word = value.as_str().ok_or(Mismatch::Type)?;
+    let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot") {
+        Some(number) => (number, StateCoordinate::Qdot),
+        None => (
+            word.strip_prefix('q').unwrap_or_default(),
+            StateCoordinate::Q,
+        ),
+    };
+    let number: u16 = number.parse().map_err(|_| Mismatch::Choice(None))?;
+    let index = number.checked_sub(1).ok_or(Mismatch::Range)?;
+    Ok(make(usize::from(index)))
+}
+
+/// A list of tables whose keys are declared apart. Holds the most there may be; there must be one. Reading
+/// gives their number.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables(pub usize);
+
+impl Kind for Tables {
+    type Value = usize;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<usize, Mismatch> {
+        let tables = items(value)?;
+        if !tables.iter().all(|item| item.get_ref().is_table()) {
+            return Err(Mismatch::Type);
+        }
+        let is_allowed = (1..=self.0).contains(&tables.len());
+        is_allowed.then_some(tables.len()).ok_or(Mismatch::Range)
+    }
+
+    fn allowed(&self) -> String {
+        format!("a list of 1 to {} tables", self.0)
+    }
+}

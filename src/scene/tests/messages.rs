@@ -1,0 +1,239 @@
+//! One clear message for each fault of a key.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::scene::schema::{Declared, SCHEMA};
+
+#[test]
+fn every_key_is_known_once_and_has_its_unit_in_its_name() {
+    for Declared { path, key, .. } in &SCHEMA.0 {
+        let row = key.guide_row();
+        let suffix = match row.split('|').nth(3).map(str::trim) {
+            Some("mm/s") => "_mm_per_s".to_owned(),
+            Some("s/m") => "_s_per_m".to_owned(),
+            Some("rad/s") => ".rad_s".to_owned(),
+            Some("kg/m^3") => "_kg_m3".to_owned(),
+            Some("N/kg") => "_n_per_kg".to_owned(),
+            Some("m/s^2") => "_m_per_s2".to_owned(),
+            Some("") => String::new(),
+            Some(symbol) => format!("_{}", symbol.to_lowercase()),
+            None => panic!("no unit column: {row}"),
+        };
+        assert!(path.ends_with(&suffix), "{path}: {suffix}");
+        let twins = SCHEMA.paths().filter(|other| other == path).count();
+        assert_eq!(twins, 1, "{path}");
+    }
+}
+
+#[test]
+fn the_guide_lists_every_key_as_the_program_knows_it() {
+    let guide = include_str!("../../guide/scenes.md");
+    let reference = key_reference();
+    let headings: Vec<&str> = reference
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .collect();
+    for (k, heading) in headings.iter().enumerate() {
+        assert!(!headings[..k].contains(heading), "{heading} stands twice");
+    }
+    assert!(
+        guide.ends_with(&reference),
+        "src/guide/scenes.md must end with this reference:\n{reference}"
+    );
+}
+
+#[test]
+fn unknown_keys_name_line_and_nearest() {
+    assert_eq!(
+        refusal("[load]\nload_n = 150\ntilt_deq = 2\n[time]\nduration_ms = 1\n"),
+        "mine.toml:3: unknown key `load.tilt_deq` (did you mean `load.tilt_deg`?); \
+         [load] knows load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
+         load_sine, tilt_sine"
+    );
+    assert!(
+        refusal_with("[record]\nenergy_rate = 1\n")
+            .contains("did you mean `record.energy_rate_khz`")
+    );
+    assert!(!refusal_with("[analysis.nope]\n").contains("did you mean"));
+    let wrong_table = refusal_with("azimuth_deg = 3\n");
+    assert!(wrong_table.starts_with("mine.toml:6: unknown key `time.azimuth_deg`"));
+    assert!(wrong_table.contains("did you mean `load.azimuth_deg`?"));
+    assert!(
+        refusal_with("[frction]\n")
+            .contains(":6: unknown key `frction` (did you mean `friction`?)")
+    );
+    assert!(refusal_with("[analysis.spectrm]\n").contains("did you mean `analysis.spectrum`?"));
+    assert!(refusal_with("[qqqqqqqqqqqq]\n").contains("`qqqqqqqqqqqq`; the top level knows name,"));
+    let knot = "[load]\nload_n = 1\ntilt = [{ time_ms = 0, tilt_deg = 0, tlt = 1 }]\n";
+    assert!(refusal(knot).contains(":3: unknown key `load.tilt.tlt`"));
+}
+
+#[test]
+fn the_first_unknown_key_in_reading_order_is_named() {
+    assert!(refusal("zzz = 1\naaa = 2\n").contains(":1: unknown key `zzz`"));
+}
+
+#[test]
+fn missing_values_say_what_is_needed() {
+    assert_eq!(
+        refusal("# no load\n[load]\ntilt_deg = 1\n"),
+        "mine.toml:2: `load.load_n` is missing; it must be a number above 0, at most 1000000 N \
+         (exactly one of `load_n`, `load`, `load_steps`, `load_sine` and `load_csv`)"
+    );
+    assert!(refusal("").contains("mine.toml:1: `load.load_n` is missing"));
+    let no_tilt = refusal("[load]\nload_n = 1\n[time]\nduration_ms = 1\n");
+    assert!(no_tilt.contains(":1: `load.tilt_deg` is missing"));
+    assert!(
+        no_tilt.contains(
+            "exactly one of `tilt_deg`, `tilt`, `tilt_steps`, `tilt_sine` and `tilt_csv`"
+        )
+    );
+    let knot = "[load]\nload_n = 1\n[[load.tilt]]\ntime_ms = 0\n[time]\nduration_ms = 1\n";
+    assert!(refusal(knot).contains(":3: `load.tilt.tilt_deg` is missing"));
+    assert!(refusal_with("[friction]\nmu_s = 0.5\n").contains(":6: `friction.mu_d` is missing"));
+    let threshold = refusal_with("[analysis.recurrence]\n");
+    assert!(threshold.contains(":6: `analysis.recurrence.threshold_rate` is missing"));
+}
+
+#[test]
+fn out_of_range_values_name_line_and_range() {
+    assert_eq!(
+        refusal(SMALLEST.replace("= 150", "= -150")),
+        "mine.toml:2: `load.load_n` = -150 is out of range; it must be a number above 0, at most 1000000 N"
+    );
+    assert_eq!(
+        refusal(SMALLEST.replace("= 2.0", "= 90.5")),
+        "mine.toml:3: `load.tilt_deg` = 90.5 is out of range; it must be a number from -90 to 90 deg"
+    );
+    for order in [0, 9] {
+        assert_eq!(
+            refusal_with(&format!("[body]\nelement_order = {order}\n")),
+            format!(
+                "mine.toml:7: `body.element_order` = {order} is out of range; \
+                 it must be a whole number from 1 to 8"
+            )
+        );
+    }
+    assert_eq!(
+        refusal_with("[contact]\nnodes = 0\n"),
+        "mine.toml:7: `contact.nodes` = 0 is out of range; \
+         it must be a whole number from 1 to 10000"
+    );
+    for value in ["nan", "inf", "-inf", "1e999"] {
+        let message = refusal(SMALLEST.replace("= 150", &format!("= {value}")));
+        assert!(message.contains(&format!(":2: `load.load_n` = {value} is out of range")));
+    }
+    assert!(refusal_with("[start]\nseed = 99999999999999999999\n").contains("`start.seed` = 9"));
+    assert!(refusal_with("[rotation]\nrad_s = [0, nan, 0]\n").contains("`rotation.rad_s`"));
+}
+
+/// Every number of every key is refused when it is not finite, whatever the table.
+#[test]
+fn no_key_takes_a_value_that_is_not_finite() {
+    for Declared { table, key, .. } in &SCHEMA.0 {
+        let name = key.name;
+        for value in ["nan", "inf", "-inf"] {
+            let text = match &table[..] {
+                "" => format!("{name} = {value}\n{SMALLEST}"),
+                // What is a list of tables takes no number at all.
+                list if SCHEMA.find(list).is_some() => {
+                    format!("{list} = [{{ {name} = {value} }}]\n")
+                }
+                "load" | "time" | "rotation" | "load.load_sine" | "load.tilt_sine" => {
+                    format!("{table}.{name} = {value}\n")
+                }
+                table => format!("{SMALLEST}[{table}]\n{name} = {value}\n"),
+            };
+            let message = Scene::parse("mine.toml", text)
+                .expect_err("refused")
+                .to_string();
+            assert!(!message.contains("unknown key"), "{message}");
+        }
+    }
+}
+
+#[test]
+fn wrong_types_and_choices_say_what_fits() {
+    assert_eq!(
+        refusal(SMALLEST.replace("= 150", "= \"heavy\"")),
+        "mine.toml:2: `load.load_n` is \"heavy\"; it must be a number above 0, at most 1000000 N"
+    );
+    assert_eq!(
+        refusal_with("[contact]\nquadrature = \"gaus\"\n"),
+        "mine.toml:7: `contact.quadrature` = \"gaus\" is not a choice \
+         (did you mean `gauss`?); it must be \"rings\" or \"gauss\""
+    );
+    assert!(refusal_with("[contact]\nnodes = 10.5\n").contains("must be a whole number"));
+    assert!(refusal("load = 3\n").contains(":1: `load` is a table"));
+    assert!(refusal("[[load]]\nload_n = 3\n").contains(":1: `load` is a table"));
+    let long = format!("title = [\"{}\"]\n", "x".repeat(1000));
+    assert!(refusal(long).len() < 200);
+}
+
+#[test]
+fn what_is_not_toml_or_not_text_says_where() {
+    assert!(refusal("[load]\nload_n 150\n").starts_with("mine.toml:2: not valid TOML: "));
+    assert!(refusal("a = 1\na = 2\n").starts_with("mine.toml:2: not valid TOML: duplicate key"));
+    assert!(
+        refusal(b"[load]\nload_n = \xff\n").starts_with("mine.toml:2: the scene file is not UTF-8")
+    );
+    assert!(refusal("[".repeat(100_000)).contains("not valid TOML"));
+    assert!(refusal(format!("a = {}", "[".repeat(100_000))).contains("not valid TOML"));
+}
+
+#[test]
+fn names_that_are_no_scene_offer_the_nearest() {
+    let message = |name: &str| Scene::load(name).expect_err("no scene").to_string();
+    let near = message("chaos-5dg");
+    assert!(near.starts_with("no scene is called `chaos-5dg` (did you mean `chaos-5deg`?)"));
+    assert!(near.contains("tilt-ramp, printed-friction"));
+    assert!(!message("").contains("did you mean"));
+    assert!(
+        message("absent/scene.toml").starts_with("cannot read the scene file `absent/scene.toml`")
+    );
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().to_str().expect("UTF-8 path");
+    assert!(message(path).starts_with("cannot read the scene file"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_endless_file_is_refused() {
+    let message = Scene::load("/dev/zero").expect_err("refused").to_string();
+    assert!(message.contains("is larger than"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        let _ = Scene::parse("random", bytes);
+    }
+
+    /// A preset with a stretch replaced: still a scene whose numbers are sane, or one message.
+    #[test]
+    fn mutated_presets_never_panic(
+        which in 0..PRESETS.len(),
+        start in any::<proptest::sample::Index>(),
+        length in 0usize..12,
+        replacement in r#"[-0-9.enaif\[\]{}=" \n_,x]{0,6}"#,
+    ) {
+        let mut text = PRESETS[which].text.as_bytes().to_vec();
+        let start = start.index(text.len());
+        let end = (start + length).min(text.len());
+        text.splice(start..end, replacement.bytes());
+        match Scene::parse("mutated", text) {
+            Ok(scene) => {
+                prop_assert!(scene.duration.is_finite() && scene.duration > 0.0);
+                if let Ok(joint) = scene.joint() {
+                    prop_assert!(joint.spec.load.is_finite() && joint.spec.load > 0.0);
+                    prop_assert!(joint.tilt.max().abs() <= std::f64::consts::FRAC_PI_2);
+                    prop_assert!((1..=10_000).contains(&joint.spec.contact.nodes));
+                }
+            }
+            Err(error) => prop_assert!(error.to_string().contains("mutated")),
+        }
+    }
+}
