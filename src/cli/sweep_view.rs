@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::analysis::AnalysisError;
 use crate::fem::ModeKind;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::message::{Outline, Peak};
+use crate::pipeline::message::Peak;
 use crate::record::sweep::{
     BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
     StartView, SweepView, UnstableMode,
@@ -89,11 +89,7 @@ pub(super) fn body_view(ball: &BallJoint) -> Result<BodyView, AssemblyError> {
     });
     Ok(BodyView {
         modes: modes.collect(),
-        outline: Outline {
-            vertices: mesh.vertices,
-            triangles: mesh.triangles,
-            shapes: mesh.shapes,
-        },
+        outline: mesh,
     })
 }
 

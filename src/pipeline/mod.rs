@@ -3,14 +3,13 @@
 mod along;
 mod analyse;
 mod computed;
-mod course;
 mod error;
 #[cfg(test)]
 mod flow_tests;
 mod health;
+mod latest;
 pub mod message;
 mod outlet;
-mod outline;
 mod playback;
 mod prepare;
 mod run;
@@ -26,12 +25,13 @@ mod steer;
 mod stop_tests;
 mod twin;
 
-pub use analyse::{AnalyseError, Analyser};
-pub use error::PipelineError;
-pub use outlet::RecorderGone;
+pub use analyse::Analyser;
+pub use error::{AnalyseError, PipelineError, RecorderGone};
 pub use playback::Playback;
 pub use prepare::{Prepared, initial_state, prepare, prepare_on};
 // The command line takes the live runs along.
+#[cfg(feature = "live")]
+pub(crate) use latest::Latest;
 #[cfg(feature = "live")]
 pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
@@ -39,4 +39,6 @@ pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
 pub use source::{Source, Steerable, source, steerable};
+#[cfg(test)]
+pub(crate) use stages::synthetic_tests::header as synthetic_header;
 pub use steer::{Gait, Helm, Order, RunOver, Steered};

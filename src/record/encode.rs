@@ -244,10 +244,13 @@ impl Encoder {
                 Frames::Joint(_) | Frames::Small(_) => health::log(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
-            Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
+            Record::Narration { time, observation } => {
+                let words = crate::text::narration(observation);
+                text::narrate(rec, &self.header, *time, &words)
+            }
             Record::Event { time, text } => text::note(rec, *time, text),
-            Record::Lesson { time, text } => match &self.lesson {
-                Some(lesson) => lesson.tell(rec, *time, text),
+            Record::Lesson(now) => match &mut self.lesson {
+                Some(lesson) => lesson.write(rec, now),
                 None => Ok(()),
             },
             Record::Course(course) => match &mut self.lesson {

@@ -1,5 +1,5 @@
-//! The lesson of a scene that shows a mechanism, and the pictures that prove it: how loud it is
-//! against what was computed, what is heard at which tilt, and computed curves.
+//! The lesson of a scene that shows a mechanism, and the pictures that prove it: the velocity level
+//! against the computed growth, the strongest line over the tilt, and computed curves.
 
 use std::sync::Arc;
 
@@ -15,8 +15,9 @@ use super::{
 };
 use crate::{
     analysis::range,
-    pipeline::message::{Computed, ComputedPicture, Course, Header, TiltedTone, Way},
+    pipeline::message::{self, Computed, ComputedPicture, Course, Header, TiltedTone, Way},
     scene::Mechanism,
+    text::LessonText,
 };
 
 /// Colours of computed curves.
@@ -25,6 +26,7 @@ const CURVES: [Color; 3] = [style::SIGNAL, style::SECOND, style::ROTATION];
 /// Draws a lesson.
 #[derive(Debug)]
 pub struct Lesson {
+    text: LessonText,
     level: Rows,
     foretold: Rows,
     /// The loop, where there is one.
@@ -65,6 +67,7 @@ impl Lesson {
             plot.draw_key(rec, paths::LESSON_LOOP_KEY, &turns_key())?;
         }
         Ok(Self {
+            text: LessonText::default(),
             level: Rows::new(paths::LESSON_LEVEL, 1),
             foretold: Rows::new(paths::LESSON_FORETOLD, 1),
             turns: turns.map(|plot| Turns {
@@ -74,10 +77,19 @@ impl Lesson {
         })
     }
 
-    /// Shows the words.
-    pub fn tell(&self, rec: &RecordingStream, time: f64, text: &str) -> Result<(), RecordError> {
-        let words = TextDocument::from_markdown(text);
-        stream::log_at(rec, paths::LESSON, time, &words)
+    /// Shows the lesson in words, if they have changed.
+    pub fn write(
+        &mut self,
+        rec: &RecordingStream,
+        now: &message::Lesson,
+    ) -> Result<(), RecordError> {
+        match self.text.next(now) {
+            Some(text) => {
+                let text = TextDocument::from_markdown(text);
+                stream::log_at(rec, paths::LESSON, now.time, &text)
+            }
+            None => Ok(()),
+        }
     }
 
     /// Takes a point of the course.

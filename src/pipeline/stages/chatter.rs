@@ -1,7 +1,7 @@
 //! A warning where events follow one another too fast to stop at each.
 
-use super::{Context, Emit, Stage};
-use crate::pipeline::AnalyseError;
+use super::stage::{Context, Emit, Stage};
+use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
 /// Emits [`Record::Warning`] once, when a step has run over its events.

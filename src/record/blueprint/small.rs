@@ -32,7 +32,7 @@ impl Layout {
             paths::VELOCITY,
             Some(window),
         );
-        let name = format!("What it does: {}", small::key(info));
+        let name = format!("Status: {}", small::key(info));
         let status: ContainerLike = StateTimelineView::new(name)
             .with_origin(paths::STATUS)
             .into();

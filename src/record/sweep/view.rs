@@ -3,7 +3,7 @@
 use crate::{
     analysis::{Measures, Regime},
     dynamics::LyapunovSpectrum,
-    pipeline::message::{Outline, Peak},
+    pipeline::message::{Peak, SurfaceMesh},
 };
 
 /// A sweep over one parameter, as far as it has come.
@@ -37,7 +37,7 @@ pub struct SweepView {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyView {
     /// The surface, whose vertices carry the mode shapes.
-    pub outline: Outline,
+    pub outline: SurfaceMesh,
     /// The modes to show.
     pub modes: Vec<ShapeView>,
 }

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::{Place, Start, SweepPoint};
 use crate::analysis::{Measures, Regime};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
+use crate::joint::NamedMode;
+use crate::study::StabilityAt;
 use crate::study::response::{NamedTone, Portrait, Response};
-use crate::study::{StabilityAt, StabilityMode};
 
 /// A row. Names carry units; what is not known is null, or an empty list.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -245,14 +246,12 @@ impl Row {
             linear: self.tilt_rad.map(|tilt| StabilityAt {
                 tilt,
                 modes: modes
-                    .map(
-                        |(((frequency_hz, growth), label), unstable)| StabilityMode {
-                            frequency_hz,
-                            growth,
-                            label,
-                            unstable,
-                        },
-                    )
+                    .map(|(((frequency_hz, growth), label), unstable)| NamedMode {
+                        frequency_hz,
+                        growth,
+                        label,
+                        unstable,
+                    })
                     .collect(),
             }),
             regime,
