@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::error::PipelineError;
-use super::message::{Computed, ComputedCurve, ComputedPicture, Coupling, FrictionReading};
+use super::message::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck};
 use crate::scene::{Mechanism, Scene, SmallSystem, SubjectSpec, TiltedJoint};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
@@ -29,7 +29,7 @@ pub(super) fn of_joint(
     let velocity = ball.sliding_velocity(tilt);
     let sliding_speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
     let modes = modes(ball, joint)?;
-    let mut readings = None;
+    let (mut readings, mut picture) = (None, None);
     if let (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) =
         (mechanism, tilted.spec.friction)
     {
@@ -50,25 +50,9 @@ pub(super) fn of_joint(
             modes,
         };
         readings = Some([(law, modes.clone()), (other, exchanged)].map(|(l, m)| reading(l, m)));
+        let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
+        picture = Some(friction_curves(sliding_speed, &laws));
     }
-    let picture = match tilted.spec.friction {
-        Friction::Stribeck { law, .. } if readings.is_some() => Some(friction_curves(
-            sliding_speed,
-            &[
-                ("as in the scene", &|v| law.coefficient(v)),
-                ("the other way", &|v| {
-                    let (creep, stribeck) = (law.stribeck, law.creep);
-                    Stribeck {
-                        creep,
-                        stribeck,
-                        ..law
-                    }
-                    .coefficient(v)
-                }),
-            ],
-        )),
-        _ => None,
-    };
     Ok(Some(Arc::new(Computed {
         mechanism,
         modes,
@@ -110,10 +94,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
             )];
             if system.stribeck.is_some() {
                 let mu = |v| MassOnBelt::coefficient(system, v);
-                computed.picture = Some(friction_curves(
-                    system.belt,
-                    &[("the belt's friction", &mu)],
-                ));
+                computed.picture = Some(friction_curves(system.belt, &[&mu]));
             }
         }
         SmallSystem::TwoModesOnBelt(system) => {
@@ -152,21 +133,13 @@ fn modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineErro
 }
 
 /// Friction over the sliding speed, up to some times that of the run, and where the run is.
-fn friction_curves(speed: f64, laws: &[(&str, &dyn Fn(f64) -> f64)]) -> ComputedPicture {
+fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> ComputedPicture {
     let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
-    let curves = laws.iter().map(|(name, mu)| ComputedCurve {
-        name: (*name).to_owned(),
-        points: speeds.clone().map(|v| [1e3 * v, mu(v)]).collect(),
-    });
+    let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
     ComputedPicture {
-        title: "Computed: friction over sliding speed; dots: steady sliding".to_owned(),
-        x: "sliding speed, mm/s".to_owned(),
-        y: "coefficient of friction".to_owned(),
-        curves: curves.collect(),
-        marks: laws
-            .iter()
-            .map(|(_, mu)| [1e3 * speed, mu(speed)])
-            .collect(),
+        subject: CurveSubject::Friction,
+        curves: laws.iter().map(curve).collect(),
+        marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
 }
 
@@ -174,26 +147,14 @@ fn friction_curves(speed: f64, laws: &[(&str, &dyn Fn(f64) -> f64)]) -> Computed
 fn flutter(system: &TwoModesOnBelt) -> ComputedPicture {
     let highest = 1.6 * system.critical_mu().unwrap_or(0.0).max(system.mu);
     let along = (0..=POINTS).map(|k| highest.max(0.1) * k as f64 / POINTS as f64);
-    let curve = |name: &str, of: &dyn Fn(f64) -> f64| ComputedCurve {
-        name: name.to_owned(),
-        points: along.clone().map(|mu| [mu, of(mu)]).collect(),
+    let at = |mu: f64| {
+        let [first, second] = system.modes_at(mu);
+        [first.omega / TAU, second.omega / TAU, second.growth].map(|y| [mu, y])
     };
-    let frequency = |k: usize| move |mu: f64| system.modes_at(mu)[k].omega / TAU;
-    let growth = |mu: f64| system.modes_at(mu)[1].growth;
-    let [first, second] = system.modes_at(system.mu);
+    let curve = |c: usize| along.clone().map(|mu| at(mu)[c]).collect();
     ComputedPicture {
-        title: "Computed: two frequencies become one, and it grows; dots: this run".to_owned(),
-        x: "coefficient of friction".to_owned(),
-        y: "frequency, Hz; growth rate, 1/s".to_owned(),
-        curves: vec![
-            curve("lower frequency", &frequency(0)),
-            curve("higher frequency", &frequency(1)),
-            curve("growth rate", &growth),
-        ],
-        marks: vec![
-            [system.mu, first.omega / TAU],
-            [system.mu, second.omega / TAU],
-            [system.mu, second.growth],
-        ],
+        subject: CurveSubject::Flutter,
+        curves: (0..3).map(curve).collect(),
+        marks: at(system.mu).to_vec(),
     }
 }

@@ -15,7 +15,9 @@ use super::{
 };
 use crate::{
     analysis::range,
-    pipeline::message::{self, Computed, ComputedPicture, Course, Header, TiltedTone, Way},
+    pipeline::message::{
+        self, Computed, ComputedPicture, Course, CurveSubject, Header, TiltedTone, Way,
+    },
     scene::Mechanism,
     text::LessonText,
 };
@@ -172,21 +174,40 @@ pub fn turns_bounds(header: &Header) -> Option<Bounds> {
     turns_plot(header).map(|plot| plot.bounds())
 }
 
+/// The title of a computed picture.
+pub fn picture_title(picture: &ComputedPicture) -> &'static str {
+    match picture.subject {
+        CurveSubject::Friction => "Computed: friction over sliding speed; dots: steady sliding",
+        CurveSubject::Flutter => {
+            "Computed: two frequencies merge, and growth begins; dots: this run"
+        }
+    }
+}
+
 fn picture_key(picture: &ComputedPicture) -> Vec<(String, Color)> {
-    let names = picture.curves.iter().map(|curve| curve.name.clone());
-    names.zip(CURVES.into_iter().cycle()).collect()
+    let names: &[&str] = match (picture.subject, picture.curves.len()) {
+        (CurveSubject::Friction, 1) => &["the belt's friction"],
+        (CurveSubject::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveSubject::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
+    };
+    let names = names.iter().map(|&name| name.to_owned());
+    names.zip(CURVES).collect()
 }
 
 fn picture_plot(picture: &ComputedPicture) -> Plot {
-    let points = || picture.curves.iter().flat_map(|curve| &curve.points);
+    let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
+    let [x, y] = match picture.subject {
+        CurveSubject::Friction => ["sliding speed, mm/s", "coefficient of friction"],
+        CurveSubject::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
+    };
     Plot {
         width: 400.0,
         height: 260.0,
         head: plot::key_height(400.0, &picture_key(picture)),
-        x: Axis::linear(&picture.x, x_low, x_high, 5),
-        y: Axis::linear(&picture.y, y_low.min(0.0), 1.1 * y_high, 5),
+        x: Axis::linear(x, x_low, x_high, 5),
+        y: Axis::linear(y, y_low.min(0.0), 1.1 * y_high, 5),
         grid: true,
     }
 }
@@ -207,7 +228,7 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
             .map(|p| plot.at(p[0], p[1]))
             .collect::<Vec<_>>()
     };
-    let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(&curve.points)))
+    let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(curve)))
         .with_colors(picture_key(picture).into_iter().map(|(_, color)| color))
         .with_radii([Radius::new_ui_points(1.2)]);
     rec.log_static(paths::LESSON_COMPUTED_CURVES, &curves)?;

@@ -19,12 +19,13 @@ const EDGES: &[(&str, &[&str])] = &[
         "pipeline",
         &["fem", "joint", "systems", "dynamics", "analysis", "scene"],
     ),
+    ("text", &["dynamics", "scene", "pipeline"]),
     ("export", &["joint", "pipeline", "numpy"]),
     ("import", &["numpy"]),
     (
         "record",
         &[
-            "analysis", "dynamics", "pipeline", "scene", "export", "import",
+            "analysis", "dynamics", "pipeline", "scene", "text", "export", "import",
         ],
     ),
     (
@@ -41,7 +42,9 @@ const EDGES: &[(&str, &[&str])] = &[
     ("sound", &["pipeline", "export"]),
     (
         "live",
-        &["joint", "scene", "pipeline", "record", "sound", "study"],
+        &[
+            "joint", "scene", "pipeline", "text", "record", "sound", "study",
+        ],
     ),
     (
         "cli",
@@ -148,6 +151,7 @@ fn foreign_things_stay_in_their_room() {
         ("realfft::", "analysis"),
         ("rustfft::", "analysis"),
         ("rayon::", "analysis"),
+        ("minijinja::", "text"),
         ("npyz::", "numpy"),
         ("axum::", "live"),
         ("tokio::", "live"),

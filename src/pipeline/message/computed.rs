@@ -56,28 +56,26 @@ pub struct Coupling {
     pub critical: Option<f64>,
 }
 
-/// Curves over one axis, in the units that the names say.
+/// Computed curves, and where the run is on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComputedPicture {
-    /// What it shows.
-    pub title: String,
-    /// Name and unit of the axis across.
-    pub x: String,
-    /// Name and unit of the axis upwards.
-    pub y: String,
-    /// The curves.
-    pub curves: Vec<ComputedCurve>,
+    /// What the curves are of.
+    pub subject: CurveSubject,
+    /// The points of each curve.
+    pub curves: Vec<Vec<[f64; 2]>>,
     /// Where the run is.
     pub marks: Vec<[f64; 2]>,
 }
 
-/// A curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ComputedCurve {
-    /// What it is.
-    pub name: String,
-    /// Its points.
-    pub points: Vec<[f64; 2]>,
+/// What computed curves are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveSubject {
+    /// Coefficient of friction over the sliding speed, mm/s: of the scene, then with the slope factors
+    /// exchanged, if that is the mechanism.
+    Friction,
+    /// Over the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
+    /// the growth rate, 1/s.
+    Flutter,
 }
 
 impl Computed {

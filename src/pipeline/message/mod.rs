@@ -8,7 +8,7 @@ mod observation;
 mod record;
 
 pub use crate::fem::{SurfaceMesh, vertex_normals};
-pub use computed::{Computed, ComputedCurve, ComputedPicture, Coupling, FrictionReading};
+pub use computed::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
 pub use frame::{
     EnergySample, Exponents, Frame, NodeState, PatchGeometry, PatchSnapshot, Shown, TwinSamples,
 };

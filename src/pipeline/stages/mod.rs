@@ -26,6 +26,12 @@ mod windowed;
 
 pub use stage::{Context, Stage};
 
+use butterfly::ButterflyStage;
+use chatter::ChatterStage;
+use closing::ClosingStage;
+use exponents::ExponentsStage;
+use lesson::LessonStage;
+
 use super::message::Header;
 use crate::scene::AnalysisSpec;
 
@@ -34,51 +40,43 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
     let joint = header.joint();
-    let mut stages: Vec<Box<dyn Stage>> = Vec::new();
-    if let Some(spec) = &spec.spectrum {
-        stages.push(Box::new(spectrum::spectrum(spec, rate)));
+    let closing = ClosingStage::new(spec.spectrum.as_ref(), rate);
+    let stages = [
+        boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate)),
         // The narration is of a joint that slides.
-        if let Some(joint) = joint {
-            stages.push(Box::new(narration::narration(spec.every, rate, joint)));
-        }
-    }
-    if let Some(spec) = &spec.spectrogram {
-        stages.push(Box::new(spectrogram::spectrogram(spec, rate)));
-    }
-    // Before those that take what it chooses.
-    if let Some(spec) = delay {
-        stages.push(Box::new(delay::delay(spec, rate)));
-    }
-    if let Some(spec) = &spec.recurrence {
-        stages.push(Box::new(recurrence::recurrence(spec, delay, rate)));
-    }
-    if let Some(spec) = &spec.quantification {
-        stages.push(Box::new(quantification::quantification(spec, delay, rate)));
-    }
-    if let Some(spec) = &spec.section {
-        stages.push(section::section(spec, delay, rate));
-    }
-    if let Some(spec) = &spec.chaos {
-        stages.push(Box::new(chaos::chaos(spec, delay, rate)));
-    }
-    if let Some(spec) = &spec.regime {
-        stages.push(Box::new(regime::regime(spec, rate)));
-    }
-    if spec.exponents.is_some() {
-        stages.push(Box::new(exponents::ExponentsStage::default()));
-    }
-    if let Some(spec) = spec.butterfly {
-        stages.push(Box::new(butterfly::ButterflyStage::new(spec, rate)));
-    }
-    if joint.is_some() {
-        stages.push(Box::new(chatter::ChatterStage::default()));
-    }
-    if let Some(lesson) = lesson::LessonStage::new(spec, header) {
-        stages.push(Box::new(lesson));
-    }
-    stages.push(Box::new(closing::ClosingStage::new(
-        spec.spectrum.as_ref(),
-        rate,
-    )));
-    stages
+        boxed(&spec.spectrum.zip(joint), |(spec, joint)| {
+            narration::narration(spec.every, rate, joint)
+        }),
+        boxed(&spec.spectrogram, |spec| {
+            spectrogram::spectrogram(spec, rate)
+        }),
+        // Before those that take what it chooses.
+        boxed(&spec.delay, |spec| delay::delay(spec, rate)),
+        boxed(&spec.recurrence, |spec| {
+            recurrence::recurrence(spec, delay, rate)
+        }),
+        boxed(&spec.quantification, |spec| {
+            quantification::quantification(spec, delay, rate)
+        }),
+        spec.section
+            .as_ref()
+            .map(|spec| section::section(spec, delay, rate)),
+        boxed(&spec.chaos, |spec| chaos::chaos(spec, delay, rate)),
+        boxed(&spec.regime, |spec| regime::regime(spec, rate)),
+        boxed(&spec.exponents, |_| ExponentsStage::default()),
+        boxed(&spec.butterfly, |spec| ButterflyStage::new(*spec, rate)),
+        boxed(&joint, |_| ChatterStage::default()),
+        LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
+        Some(Box::new(closing) as Box<dyn Stage>),
+    ];
+    stages.into_iter().flatten().collect()
+}
+
+/// The stage for what a scene asks for, if it does.
+fn boxed<T, S: Stage + 'static>(
+    spec: &Option<T>,
+    stage: impl FnOnce(&T) -> S,
+) -> Option<Box<dyn Stage>> {
+    let stage = spec.as_ref().map(stage)?;
+    Some(Box::new(stage))
 }

@@ -48,7 +48,8 @@ impl Layout {
         );
         let picture = computed.picture.as_ref().map(|picture| {
             let bounds = lesson::picture_bounds(picture);
-            self.picture(&picture.title, paths::LESSON_COMPUTED, bounds)
+            let title = lesson::picture_title(picture);
+            self.picture(title, paths::LESSON_COMPUTED, bounds)
         });
         let portrait = self.portrait();
         let top = Parts::new().add(1.0, picture).add(0.8, portrait).row();
