@@ -7,8 +7,8 @@ use crate::fem::ModeKind;
 use crate::joint::{AssemblyError, BallJoint};
 use crate::pipeline::message::Peak;
 use crate::record::sweep::{
-    BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
-    StartView, SweepView, UnstableMode,
+    BodyView, MotionView, ParameterView, PointView, ResponseView, ShapeView, StartView, SweepView,
+    UnstableMode,
 };
 use crate::scene::Parameter;
 use crate::study::response::{Portrait, Response, section_lag};
@@ -157,16 +157,7 @@ fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
             bin: portrait.bin,
             spectrum: portrait.spectrum.clone(),
         }),
-        recurrence: recurrence.map(|plot| RecurrenceView {
-            window: plot.window,
-            size: plot.size,
-            distance: plot.distance,
-            recurrent: plot.recurrent,
-            threshold: plot.threshold,
-            rate: plot.rate,
-            lag: plot.lag,
-            dimension: plot.dimension,
-        }),
+        recurrence,
     })
 }
 

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::analysis::test_signals::noise;
-use crate::analysis::{Direction, Regime, Threshold};
+use crate::analysis::{Direction, RecurrenceImage, Regime, Threshold};
 use crate::pipeline::message::SectionPoint;
 use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, analyses, header, laboratory,
@@ -284,8 +284,8 @@ fn every_threshold_is_taken_by_picture_and_measures() {
         let (mut plots, mut measured) = (0, 0);
         for record in &records {
             match record {
-                Record::Recurrence { rate, .. } => {
-                    assert!(*rate > 0.0 && *rate < 1.0, "{threshold:?}");
+                Record::Recurrence { image, .. } => {
+                    assert!(image.rate > 0.0 && image.rate < 1.0, "{threshold:?}");
                     plots += 1;
                 }
                 Record::Quantification {
@@ -386,16 +386,16 @@ fn recurrence_tells_lag_rate_and_diagonals() {
     );
     let mut plots = 0;
     for record in &records {
-        if let Record::Recurrence {
-            size,
-            rate,
-            lag,
-            recurrent,
-            threshold,
-            window,
-            ..
-        } = record
-        {
+        if let Record::Recurrence { image, .. } = record {
+            let RecurrenceImage {
+                size,
+                rate,
+                lag,
+                recurrent,
+                threshold,
+                window,
+                ..
+            } = &**image;
             assert_eq!((*size, *window), (400, 5e-3));
             assert!((lag - 60e-6).abs() < 1e-12);
             assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
@@ -425,8 +425,8 @@ fn a_distance_threshold_is_taken_as_it_is() {
     let thresholds: Vec<f64> = records
         .iter()
         .filter_map(|r| {
-            if let Record::Recurrence { threshold, .. } = r {
-                *threshold
+            if let Record::Recurrence { image, .. } = r {
+                image.threshold
             } else {
                 None
             }
@@ -481,14 +481,9 @@ fn silence_gives_no_nan_and_says_so() {
             Record::SpectrogramColumn { level_db, .. } => {
                 assert!(level_db.iter().all(|&l| l == -160.0));
             }
-            Record::Recurrence {
-                rate,
-                threshold,
-                distance,
-                ..
-            } => {
-                assert_eq!((*rate, *threshold), (1.0, Some(0.0)));
-                assert!(distance.iter().all(|&d| d == 0));
+            Record::Recurrence { image, .. } => {
+                assert_eq!((image.rate, image.threshold), (1.0, Some(0.0)));
+                assert!(image.distance.iter().all(|&d| d == 0));
             }
             Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),
             _ => {}

@@ -6,7 +6,7 @@ use super::frame::{Exponents, Frame};
 use super::header::Header;
 use super::lesson::{Course, Lesson};
 use super::observation::{Observation, Parting, Peak};
-use crate::analysis::{DelayChoice, Divergence, Measures, Verdict, ZeroOne};
+use crate::analysis::{DelayChoice, Divergence, Measures, RecurrenceImage, Verdict, ZeroOne};
 use crate::dynamics::{ErrorEstimate, Tally};
 
 /// One passage through the Poincare section.
@@ -46,27 +46,12 @@ pub enum Record {
         /// of a thousandth of its unit).
         level_db: Vec<f32>,
     },
-    /// Recurrence plot, Eq. (26), of the delay vectors, Eq. (25), in a sliding window.
+    /// Recurrence plot of the displacement in a sliding window.
     Recurrence {
         /// End of the window, s.
         time: f64,
-        /// Length of the window, s.
-        window: f64,
-        /// Points along a side.
-        size: usize,
-        /// Row-major pixels: the distance between the two states, 0 (same) to 255 (the largest
-        /// of the window). `pixels[i * size + j]`, oldest first.
-        distance: Vec<u8>,
-        /// Row-major pixels: 255 recurrent, 0 not.
-        recurrent: Vec<u8>,
-        /// Threshold distance used, m; `None` if each state had its own.
-        threshold: Option<f64>,
-        /// Recurrence rate reached, 0 to 1.
-        rate: f64,
-        /// Delay, s.
-        lag: f64,
-        /// Embedding dimension.
-        dimension: usize,
+        /// The plot; its threshold is in m.
+        image: Arc<RecurrenceImage>,
     },
     /// Trail of delay vectors in three dimensions, (u(t), u(t - lag), u(t - 2 lag)), m.
     Embedding {

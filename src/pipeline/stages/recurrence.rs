@@ -1,9 +1,11 @@
 //! Recurrence plots and the trail of delay vectors of the probe's displacement.
 
+use std::sync::Arc;
+
 use super::choices::{Embedding, Unfolding};
 use super::stage::{Stage, samples};
 use super::windowed::{Windowed, displacement};
-use crate::analysis::{DelayVectors, RecurrencePlot, SlidingWindow};
+use crate::analysis::{DelayVectors, RecurrenceImage, RecurrencePlot, SlidingWindow};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, RecurrenceSpec};
 
@@ -47,8 +49,7 @@ pub fn recurrence(
         let time = window.time;
         plot.measure(&newest(dimension)?, &picks);
         let recurrences = plot.recurrences(threshold)?;
-        emit(Record::Recurrence {
-            time,
+        let image = RecurrenceImage {
             window: length as f64 / rate,
             size: plot.size(),
             distance: plot.distance_picture(),
@@ -57,7 +58,9 @@ pub fn recurrence(
             rate: recurrences.rate,
             lag: lag as f64 / rate,
             dimension,
-        })?;
+        };
+        let image = Arc::new(image);
+        emit(Record::Recurrence { time, image })?;
         let trail = newest(TRAIL_DIMENSION)?;
         // The record has the newest coordinate first; Eq. (25) has it last.
         let [oldest, middle, now] = [0, 1, 2].map(|c| trail.coordinate(c));

@@ -6,6 +6,7 @@ mod laboratory;
 use std::{f64::consts::TAU, sync::Arc};
 
 use crate::{
+    analysis::RecurrenceImage,
     dynamics::ErrorEstimate,
     pipeline::message::{
         AnalysisKind, Appearance, Circumstances, EnergySample, Frame, Header, Health, JointInfo,
@@ -568,8 +569,7 @@ impl Signal {
         let threshold = 0.1 * largest;
         let pixels =
             |value: &dyn Fn(f64) -> u8| pairs().map(|(a, b)| value(distance(a, b))).collect();
-        Record::Recurrence {
-            time: now,
+        let image = RecurrenceImage {
             window: (size * stride) as f64 / SAMPLE_RATE,
             size,
             distance: pixels(&|d| (255.0 * d / largest) as u8),
@@ -578,6 +578,10 @@ impl Signal {
             rate: 0.05,
             lag: 60e-6,
             dimension: 3,
+        };
+        Record::Recurrence {
+            time: now,
+            image: Arc::new(image),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    analysis::Regime,
+    analysis::{RecurrenceImage, Regime},
     dynamics::{Exponent, LyapunovSpectrum},
     pipeline::message::Peak,
     record::{portrait::Field, tests::read},
@@ -58,7 +58,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             bin: 5.0,
             spectrum: vec![1e-12; 4001],
         }),
-        recurrence: moves.then(|| RecurrenceView {
+        recurrence: moves.then(|| RecurrenceImage {
             window: 5e-3,
             size: 32,
             distance: vec![100; 1024],

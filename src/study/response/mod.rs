@@ -23,7 +23,6 @@ use super::pool::Heed;
 use super::{StabilityAt, StudyError, stability};
 use measure::Samples;
 pub use measure::{NamedTone, Portrait, section_lag};
-pub use recurrence::RecurrenceWindow;
 use settle::Settling;
 
 /// How a response is taken.
