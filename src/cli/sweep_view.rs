@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use crate::analysis::AnalysisError;
 use crate::fem::ModeKind;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::message::Peak;
 use crate::record::sweep::{
     BodyView, MotionView, ParameterView, PointView, ResponseView, ShapeView, StartView, SweepView,
     UnstableMode,
@@ -121,11 +120,6 @@ fn name(parameter: Parameter) -> String {
 }
 
 fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
-    let peaks = found.lines.iter().map(|line| Peak {
-        frequency: line.frequency,
-        amplitude: line.amplitude,
-        label: line.name.clone(),
-    });
     let unstable = found.linear.as_ref().map(|linear| {
         let modes = linear.unstable().map(|mode| UnstableMode {
             label: mode.label.clone(),
@@ -146,7 +140,7 @@ fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
         rms_velocity: found.rms_velocity,
         maxima: found.maxima.clone(),
         section: found.section.clone(),
-        lines: peaks.collect(),
+        lines: found.lines.clone(),
         exponents: found.exponents.clone(),
         measures: found.recurrence.clone(),
         unstable,

@@ -7,13 +7,14 @@ use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
     AnalysisKind, Appearance, Circumstances, Computed, Coupling, Growth, Measurements, NodeShares,
-    Parting, PartingLine, Peak, StatusShares, TiltLoop, TiltedTone, ToneChange, Vibration, Way,
+    Parting, PartingLine, SpectralLine, StatusShares, TiltLoop, TiltedTone, ToneChange, Vibration,
+    Way,
 };
 use crate::pipeline::synthetic_header as header;
 use crate::scene::{Mechanism, Start};
 
-fn lines() -> Vec<Peak> {
-    let line = |frequency: f64, label: &str| Peak {
+fn lines() -> Vec<SpectralLine> {
+    let line = |frequency: f64, label: &str| SpectralLine {
         frequency,
         amplitude: 1e-3,
         label: label.to_owned(),

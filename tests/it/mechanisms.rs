@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use squeakscope::pipeline::message::{
-    Computed, Course, Header, NodeState, Parting, PatchSnapshot, Peak, Record, Way,
+    Computed, Course, Header, NodeState, Parting, PatchSnapshot, Record, SpectralLine, Way,
 };
 use squeakscope::pipeline::{Monitor, run};
 use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
@@ -105,7 +105,7 @@ impl Run {
         frames.flatten().collect()
     }
 
-    fn peaks(&self) -> &[Peak] {
+    fn peaks(&self) -> &[SpectralLine] {
         let peaks = self.records.iter().rev().find_map(|record| match record {
             Record::Spectrum { peaks, .. } => Some(peaks),
             _ => None,

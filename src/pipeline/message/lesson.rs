@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use super::computed::Computed;
 use super::frame::Exponents;
-use super::observation::{Parting, Peak};
+use super::observation::Parting;
+use crate::analysis::SpectralLine;
 
 /// What was computed of the scene's mechanism, and what has been measured so far.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +32,7 @@ pub struct Measurements {
     /// Root mean square of the velocity over the last half natural period, m/s.
     pub level: f64,
     /// Lines of the last spectrum, the strongest first; empty before the first one.
-    pub lines: Vec<Peak>,
+    pub lines: Vec<SpectralLine>,
     /// States of the contact nodes, of a joint with snapshots of them.
     pub nodes: Option<NodeShares>,
     /// Statuses, of a small system.

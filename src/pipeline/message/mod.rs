@@ -7,6 +7,7 @@ mod lesson;
 mod observation;
 mod record;
 
+pub use crate::analysis::SpectralLine;
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
 pub use frame::{
@@ -20,7 +21,5 @@ pub use lesson::{
     Course, Growth, Lesson, Measurements, NodeShares, StatusShares, TiltLoop, TiltedTone,
     ToneChange, Way,
 };
-pub use observation::{
-    Appearance, Circumstances, Observation, Parting, PartingLine, Peak, Vibration,
-};
+pub use observation::{Appearance, Circumstances, Observation, Parting, PartingLine, Vibration};
 pub use record::{Health, Record, SectionPoint, Summary};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::frame::Exponents;
+use crate::analysis::SpectralLine;
 
 /// How far two copies have parted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -49,17 +50,6 @@ impl PartingLine {
     }
 }
 
-/// A line of a spectrum.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Peak {
-    /// Frequency refined below a bin, Hz.
-    pub frequency: f64,
-    /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
-    pub amplitude: f64,
-    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty where nothing fits.
-    pub label: String,
-}
-
 /// Something a run shows that is worth a few sentences.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observation {
@@ -86,7 +76,7 @@ pub struct Vibration {
     /// Growth rate of the envelope, 1/s.
     pub growth_rate: f64,
     /// Spectral lines of the velocity, the strongest first.
-    pub lines: Vec<Peak>,
+    pub lines: Vec<SpectralLine>,
     /// The first base frequency, Hz, if the lines have one.
     pub f1: Option<f64>,
     /// The second base frequency, Hz, if the lines have one.

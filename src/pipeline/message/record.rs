@@ -5,8 +5,10 @@ use std::sync::Arc;
 use super::frame::{Exponents, Frame};
 use super::header::Header;
 use super::lesson::{Course, Lesson};
-use super::observation::{Observation, Parting, Peak};
-use crate::analysis::{DelayChoice, Divergence, Measures, RecurrenceImage, Verdict, ZeroOne};
+use super::observation::{Observation, Parting};
+use crate::analysis::{
+    DelayChoice, Divergence, Measures, RecurrenceImage, SpectralLine, Verdict, ZeroOne,
+};
 use crate::dynamics::{ErrorEstimate, Tally};
 
 /// One passage through the Poincare section.
@@ -34,7 +36,7 @@ pub enum Record {
         /// Amplitudes, m/s.
         amplitude: Vec<f64>,
         /// The strongest lines, strongest first.
-        peaks: Vec<Peak>,
+        peaks: Vec<SpectralLine>,
     },
     /// One column of the spectrogram.
     SpectrogramColumn {
@@ -206,7 +208,7 @@ pub struct Summary {
     /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
     /// Lines of the last window's spectrum, strongest first.
-    pub peaks: Vec<Peak>,
+    pub peaks: Vec<SpectralLine>,
     /// Half the peak-to-peak displacement over the last window, m.
     pub amplitude: f64,
     /// Largest speed of the probe over the last window, m/s.

@@ -1,10 +1,9 @@
 //! The lines of a spectrum, read.
 
 use crate::analysis::{
-    Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, Naming, Spectrum, Window, name_lines,
+    FREQUENCY_UNCERTAINTY, Line, LineCriterion, Naming, SpectralLine, Spectrum, Window, name_lines,
     range,
 };
-use crate::pipeline::message::Peak;
 
 /// The window of all spectra whose lines are read: its side lobes hide nothing above -92 dB.
 pub const LINE_WINDOW: Window = Window::BlackmanHarris;
@@ -41,14 +40,8 @@ impl Reading {
     }
 
     /// The lines with their names, for a record.
-    pub fn peaks(&self) -> Vec<Peak> {
-        let peak = |(line, name): (&Line, &Option<Combination>)| Peak {
-            frequency: line.frequency,
-            amplitude: line.amplitude,
-            label: name.map_or_else(String::new, |name| name.to_string()),
-        };
-        let named = self.lines.iter().zip(&self.naming.names);
-        named.map(peak).collect()
+    pub fn peaks(&self) -> Vec<SpectralLine> {
+        self.naming.label(&self.lines)
     }
 }
 

@@ -10,8 +10,8 @@ use crate::{
     dynamics::ErrorEstimate,
     pipeline::message::{
         AnalysisKind, Appearance, Circumstances, EnergySample, Frame, Header, Health, JointInfo,
-        ModeInfo, NodeState, Observation, PatchGeometry, PatchSnapshot, Peak, Record,
-        SectionCoordinate, SignalInfo, Subject, Summary, SurfaceMesh, TwinSamples, Vibration,
+        ModeInfo, NodeState, Observation, PatchGeometry, PatchSnapshot, Record, SectionCoordinate,
+        SignalInfo, SpectralLine, Subject, Summary, SurfaceMesh, TwinSamples, Vibration,
     },
     scene::RecordSpec,
 };
@@ -500,7 +500,7 @@ impl Signal {
         let count = 2000;
         let bin = SAMPLE_RATE / count as f64;
         let amplitude = self.amplitudes((now * SAMPLE_RATE) as usize, count, 150);
-        let peak = |frequency: f64, label: &str| Peak {
+        let peak = |frequency: f64, label: &str| SpectralLine {
             frequency,
             amplitude: amplitude[(frequency / bin).round() as usize],
             label: label.to_owned(),

@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     analysis::{RecurrenceImage, Regime},
     dynamics::{Exponent, LyapunovSpectrum},
-    pipeline::message::Peak,
+    pipeline::message::SpectralLine,
     record::{portrait::Field, tests::read},
 };
 
@@ -33,7 +33,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             true => vec![[-amplitude, amplitude], [-0.9 * amplitude, amplitude]],
             false => Vec::new(),
         },
-        lines: vec![Peak {
+        lines: vec![SpectralLine {
             frequency: 4100.0,
             amplitude,
             label: "f1".to_owned(),

@@ -3,7 +3,7 @@
 use crate::{
     analysis::{Measures, RecurrenceImage, Regime},
     dynamics::LyapunovSpectrum,
-    pipeline::message::{Peak, SurfaceMesh},
+    pipeline::message::{SpectralLine, SurfaceMesh},
 };
 
 /// A sweep over one parameter, as far as it has come.
@@ -115,7 +115,7 @@ pub struct ResponseView {
     /// Passages through the Poincaré section, m: `y(t)` and `y(t + 2 tau)`.
     pub section: Vec<[f64; 2]>,
     /// Lines of the displacement's spectrum, the strongest first, m.
-    pub lines: Vec<Peak>,
+    pub lines: Vec<SpectralLine>,
     /// Lyapunov exponents; `None` if none were followed.
     pub exponents: Option<LyapunovSpectrum>,
     /// Recurrence measures; `None` where nothing moves.

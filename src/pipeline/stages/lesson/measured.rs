@@ -6,7 +6,7 @@ use super::tilts::Tilts;
 use crate::analysis::LineFit;
 use crate::pipeline::message::{
     Computed, Exponents, Frame, Growth, Header, JointInfo, Measurements, NodeShares, NodeState,
-    Parting, PatchSnapshot, Peak, StatusKind, StatusShares, Subject, TiltedTone,
+    Parting, PatchSnapshot, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone,
 };
 use crate::scene::{AnalysisSpec, Mechanism};
 
@@ -31,7 +31,7 @@ pub struct Measured {
 /// What another stage has found.
 pub enum Found {
     /// Lines of a spectrum, the strongest first.
-    Lines(Vec<Peak>),
+    Lines(Vec<SpectralLine>),
     /// The distance of the perturbed trajectory.
     Parting(Parting),
     /// Exponents so far.
