@@ -7,6 +7,10 @@ mod error;
 #[cfg(test)]
 mod flow_tests;
 mod health;
+#[cfg_attr(
+    not(feature = "live"),
+    allow(dead_code, reason = "only a live run thins pictures out by time")
+)]
 mod latest;
 pub mod message;
 mod outlet;
