@@ -108,7 +108,7 @@ impl Lesson {
             };
         }
         self.level.push(course.time, [shown(course.level)]);
-        let foretold = course.foretold.map_or(f64::NAN, shown);
+        let foretold = course.predicted.map_or(f64::NAN, shown);
         self.foretold.push(course.time, [foretold]);
         self.level.send_full(rec)?;
         self.foretold.send_full(rec)

@@ -94,12 +94,12 @@ fn every_appearance_has_its_words() {
 }
 
 #[test]
-fn what_varies_besides_the_tilt_is_told() {
+fn what_varies_besides_the_tilt_is_shown() {
     let mut varying = vibration(Appearance::Tone);
     varying.now.load = Some(121.4);
     varying.now.rotation_factor = Some(0.5);
-    let told = "Tilt 3.0°, load 121 N, rotation 0.50 times that of the scene.";
-    assert!(narrated(varying).ends_with(told));
+    let words = "Tilt 3.0°, load 121 N, rotation 0.50 times that of the scene.";
+    assert!(narrated(varying).ends_with(words));
 }
 
 fn exponents(values: &[f64], motion: Motion) -> Exponents {
@@ -249,7 +249,7 @@ fn measured() -> Measurements {
     }
 }
 
-fn told(mechanism: Mechanism, measured: Measurements) -> String {
+fn lesson_text(mechanism: Mechanism, measured: Measurements) -> String {
     let computed = Arc::new(computed(mechanism));
     fill_lesson(&Lesson {
         time: 0.1,
@@ -263,7 +263,7 @@ fn told(mechanism: Mechanism, measured: Measurements) -> String {
 #[test]
 fn every_lesson_is_filled() {
     for mechanism in Mechanism::ALL {
-        let full = told(mechanism, measured());
+        let full = lesson_text(mechanism, measured());
         assert!(
             full.starts_with("## ") && !full.contains("not yet measured"),
             "{full}"
@@ -292,7 +292,7 @@ fn every_lesson_is_filled() {
                 back: None,
             });
         }
-        let empty = told(mechanism, empty);
+        let empty = lesson_text(mechanism, empty);
         assert!(empty.contains("not yet measured |\n"), "{empty}");
         assert!(
             empty.trim_end().ends_with('|'),
@@ -302,12 +302,12 @@ fn every_lesson_is_filled() {
 }
 
 #[test]
-fn a_moved_load_is_told_where_something_is_computed() {
+fn a_moved_load_is_shown_where_something_is_computed() {
     let mut moved = measured();
     moved.tilt = Some(0.1);
     let words = "The load is now tilted to **5.7°**; the computed values are for 2.9°.";
-    assert!(told(Mechanism::Prediction, moved.clone()).contains(words));
-    assert!(!told(Mechanism::Torus, moved).contains("tilted to **"));
+    assert!(lesson_text(Mechanism::Prediction, moved.clone()).contains(words));
+    assert!(!lesson_text(Mechanism::Torus, moved).contains("tilted to **"));
 }
 
 #[test]
@@ -354,7 +354,7 @@ fn a_lesson_that_reads_the_same_is_not_repeated() {
 }
 
 #[test]
-fn a_run_is_told_of_the_views_it_has() {
+fn the_views_of_a_run_are_listed() {
     let mut header = header();
     let rows = |header: &Header| {
         let text = fill("views", of_views(header)).unwrap();

@@ -126,7 +126,7 @@ pub struct Course {
     pub level: f64,
     /// Computed: where the level would be if it had grown at the largest computed growth rate;
     /// `None` once the vibration is too large for the linear theory.
-    pub foretold: Option<f64>,
+    pub predicted: Option<f64>,
     /// The strongest line at a tilt, where the tilt changes.
     pub tone: Option<TiltedTone>,
 }

@@ -73,7 +73,7 @@ impl LessonStage {
         Record::Course(Course {
             time,
             level: level.last,
-            foretold: growth.and_then(|growth| level.predicted(time, growth)),
+            predicted: growth.and_then(|growth| level.predicted(time, growth)),
             tone,
         })
     }
