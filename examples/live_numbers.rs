@@ -12,6 +12,7 @@ use std::error::Error;
 use squeakscope::pipeline::message::Record;
 use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
 use squeakscope::scene::Scene;
+use squeakscope::text::narration;
 
 /// Prints what a listener would like to know.
 struct Printer;
@@ -20,7 +21,8 @@ impl Sink for Printer {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match record {
             Record::Header(header) => println!("{}: {}", header.scene, header.title),
-            Record::Narration { text, .. } => {
+            Record::Narration { observation, .. } => {
+                let text = narration(&observation);
                 for line in text.lines().filter(|line| !line.is_empty()) {
                     println!("        | {line}");
                 }

@@ -16,6 +16,7 @@
 //! * [`analysis`]: slices of samples in, values out.
 //! * [`scene`]: what to run, parsed and validated once.
 //! * [`pipeline`]: the threads and what travels between them.
+//! * [`text`]: words for what a run shows.
 //! * `record` (feature `record`): the only room that knows Rerun.
 //! * `sound` (feature `sound`): motions to listen to.
 //! * `live` (feature `live`): a run that is steered while it goes on, and the page that shows it.
@@ -42,6 +43,7 @@ pub mod pipeline;
 pub mod scene;
 pub mod study;
 pub mod systems;
+pub mod text;
 
 #[cfg(feature = "cli")]
 pub mod cli;

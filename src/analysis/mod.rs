@@ -33,6 +33,7 @@
 mod chaos;
 mod delay;
 mod error;
+mod line_fit;
 mod moments;
 mod neighbours;
 mod norm;
@@ -45,6 +46,7 @@ mod tones;
 pub use chaos::*;
 pub use delay::*;
 pub use error::AnalysisError;
+pub use line_fit::{Fit, LineFit};
 pub use moments::{deviation, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;

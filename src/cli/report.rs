@@ -568,7 +568,7 @@ fn tell(head: &str, message: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::message::Peak;
+    use crate::pipeline::message::SpectralLine;
 
     fn json(report: &impl Report) -> serde_json::Value {
         serde_json::to_value(report).expect("serialises")
@@ -621,7 +621,7 @@ mod tests {
             simulated: 0.1,
             amplitude: 0.69e-6,
             peak_velocity: f64::NAN,
-            peaks: vec![Peak {
+            peaks: vec![SpectralLine {
                 frequency: 4117.0,
                 amplitude: 0.016,
                 label: "f1".to_owned(),

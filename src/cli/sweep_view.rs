@@ -5,10 +5,9 @@ use std::collections::HashMap;
 use crate::analysis::AnalysisError;
 use crate::fem::ModeKind;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::message::{Outline, Peak};
 use crate::record::sweep::{
-    BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
-    StartView, SweepView, UnstableMode,
+    BodyView, MotionView, ParameterView, PointView, ResponseView, ShapeView, StartView, SweepView,
+    UnstableMode,
 };
 use crate::scene::Parameter;
 use crate::study::response::{Portrait, Response, section_lag};
@@ -89,11 +88,7 @@ pub(super) fn body_view(ball: &BallJoint) -> Result<BodyView, AssemblyError> {
     });
     Ok(BodyView {
         modes: modes.collect(),
-        outline: Outline {
-            vertices: mesh.vertices,
-            triangles: mesh.triangles,
-            shapes: mesh.shapes,
-        },
+        outline: mesh,
     })
 }
 
@@ -125,11 +120,6 @@ fn name(parameter: Parameter) -> String {
 }
 
 fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
-    let peaks = found.lines.iter().map(|line| Peak {
-        frequency: line.frequency,
-        amplitude: line.amplitude,
-        label: line.name.clone(),
-    });
     let unstable = found.linear.as_ref().map(|linear| {
         let modes = linear.unstable().map(|mode| UnstableMode {
             label: mode.label.clone(),
@@ -150,7 +140,7 @@ fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
         rms_velocity: found.rms_velocity,
         maxima: found.maxima.clone(),
         section: found.section.clone(),
-        lines: peaks.collect(),
+        lines: found.lines.clone(),
         exponents: found.exponents.clone(),
         measures: found.recurrence.clone(),
         unstable,
@@ -161,16 +151,7 @@ fn response_view(found: &Response) -> Result<ResponseView, AnalysisError> {
             bin: portrait.bin,
             spectrum: portrait.spectrum.clone(),
         }),
-        recurrence: recurrence.map(|plot| RecurrenceView {
-            window: plot.window,
-            size: plot.size,
-            distance: plot.distance,
-            recurrent: plot.recurrent,
-            threshold: plot.threshold,
-            rate: plot.rate,
-            lag: plot.lag,
-            dimension: plot.dimension,
-        }),
+        recurrence,
     })
 }
 

@@ -275,7 +275,7 @@ impl BodyModes {
 }
 
 /// A closed triangle mesh of the body's surface, at rest, with mode shapes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Positions, m: the centre of the free end, rings from there to the ball, the north pole.
     pub vertices: Vec<[f64; 3]>,

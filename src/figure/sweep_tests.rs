@@ -1,9 +1,10 @@
 //! Figures of made-up sweeps.
 
 use super::*;
+use crate::analysis::SpectralLine;
 use crate::dynamics::{LyapunovSpectrum, Tally};
 use crate::scene::{Parameter, Scene};
-use crate::study::response::{NamedTone, ResponsePlan};
+use crate::study::response::ResponsePlan;
 use crate::study::sweep::Axis as SweptAxis;
 
 /// A plan over the tilt, and over the stiffness, too, if so wanted.
@@ -44,10 +45,10 @@ fn response(tilt: f64, k: usize) -> Response {
             .collect(),
         section: Vec::new(),
         lines: (0..count)
-            .map(|j| NamedTone {
+            .map(|j| SpectralLine {
                 frequency: [4110.0, 3870.0, 12330.0][j],
                 amplitude: 7e-7 / (1.0 + 3.0 * j as f64),
-                name: String::new(),
+                label: String::new(),
             })
             .collect(),
         floor_share: 1e-9,

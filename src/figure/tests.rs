@@ -147,7 +147,7 @@ fn report(name: &str) -> SignalReport {
             },
             period: Some(2.4e-4),
             along: along.collect(),
-            picture: RecurrenceImage {
+            picture: RecurrencePixels {
                 size: plot.size(),
                 span: [0.095, 0.1],
                 distance: plot.distance_picture(),

@@ -44,6 +44,6 @@ pub use spec::{
     BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, JointSpec, Quadrature,
     Socket, StiffnessLaw,
 };
-pub use stability::{LinearMode, StabilityError};
+pub use stability::{LinearMode, NamedMode, StabilityError};
 pub use system::Joint;
 pub use traction::MOST_MODES;

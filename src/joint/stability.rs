@@ -1,6 +1,7 @@
 //! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
 
 use faer::Mat;
+use serde::Serialize;
 
 use super::Joint;
 use crate::dynamics::{Differentiable, System};
@@ -20,6 +21,39 @@ impl LinearMode {
     /// Whether the vibration grows: by more than rounding can feign.
     pub fn unstable(&self) -> bool {
         self.growth > 1e-9 * std::f64::consts::TAU * self.frequency_hz.max(1.0)
+    }
+}
+
+/// A linear mode by the name of the body's mode that it comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Growth rate, 1/s; positive means that steady sliding is unstable.
+    pub growth: f64,
+    /// Which mode of the body it is, such as `2nd bending`.
+    pub label: String,
+    /// Whether it grows by more than rounding errors explain.
+    pub unstable: bool,
+}
+
+impl LinearMode {
+    /// The same by the family of modes with the largest share; `families` names that of each mode of
+    /// the body ([`BallJoint::family_labels`](super::BallJoint::family_labels)). The two members of a
+    /// bending pair may mix in any proportion: their shares count together.
+    pub fn named(&self, families: &[String]) -> NamedMode {
+        let share = |label: &String| -> f64 {
+            let shares = families.iter().zip(&self.shares);
+            let of_family = shares.filter(|(of, _)| *of == label);
+            of_family.map(|(_, share)| share).sum()
+        };
+        let largest = families.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+        NamedMode {
+            frequency_hz: self.frequency_hz,
+            growth: self.growth,
+            label: largest.cloned().unwrap_or_default(),
+            unstable: self.unstable(),
+        }
     }
 }
 

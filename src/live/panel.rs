@@ -191,8 +191,10 @@ impl Sink for Scribe {
                 panel.regime = Some(verdict.regime.to_string());
                 panel.confidence = Some(verdict.confidence);
             }
-            Record::Narration { text, .. } => board.panel().words = text,
-            Record::Lesson { text, .. } => board.panel().lesson = text,
+            Record::Narration { observation, .. } => {
+                board.panel().words = crate::text::narration(&observation);
+            }
+            Record::Lesson(lesson) => board.panel().lesson = crate::text::lesson(&lesson),
             Record::Event { time, text } | Record::Warning { time, text } => {
                 board.tell(time, text);
             }

@@ -1,10 +1,9 @@
 //! What of a live run goes to a screen: of each kind of picture the latest, a few times a second.
 
-use std::mem::Discriminant;
 use std::time::{Duration, Instant};
 
 use crate::pipeline::message::Record;
-use crate::pipeline::{Delivery, Sink, SinkError};
+use crate::pipeline::{Delivery, Latest, Sink, SinkError};
 
 /// Wall time between two pictures of a kind.
 const BETWEEN: Duration = Duration::from_millis(150);
@@ -12,61 +11,37 @@ const BETWEEN: Duration = Duration::from_millis(150);
 /// Thins out pictures and the run's health on the way to a viewer, by wall time: at a fast pace they come faster than anybody sees.
 pub struct Screen<S> {
     viewer: S,
-    kinds: Vec<Kind>,
-}
-
-/// Pictures of a kind.
-struct Kind {
-    of: Discriminant<Record>,
-    shown: Option<Instant>,
-    /// The latest that has not been shown.
-    waiting: Option<Record>,
+    waiting: Latest,
 }
 
 impl<S: Sink> Screen<S> {
     /// Shows to a viewer.
     pub fn new(viewer: S) -> Self {
-        Self {
-            viewer,
-            kinds: Vec::new(),
-        }
+        let waiting = Latest::default();
+        Self { viewer, waiting }
     }
 
     /// Shows the pictures whose time has come.
-    fn show_due(&mut self, now: Instant) -> Result<(), SinkError> {
-        for kind in &mut self.kinds {
-            let due = kind.shown.is_none_or(|shown| now >= shown + BETWEEN);
-            if due && let Some(picture) = kind.waiting.take() {
-                kind.shown = Some(now);
-                self.viewer.accept(picture)?;
-            }
-        }
-        Ok(())
+    fn show_due(&mut self) -> Result<(), SinkError> {
+        let mut due = self.waiting.take_due(Instant::now(), BETWEEN).into_iter();
+        due.try_for_each(|picture| self.viewer.accept(picture))
     }
 }
 
 impl<S: Sink> Sink for Screen<S> {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        // Of the health it is enough, too, to be told of late.
-        if !record.is_picture() && !matches!(record, Record::Health(_)) {
+        // Of the health the latest is enough, too.
+        if record.is_picture() || matches!(record, Record::Health(_)) {
+            self.waiting.put(record);
+        } else {
             self.viewer.accept(record)?;
-            return self.show_due(Instant::now());
         }
-        let of = std::mem::discriminant(&record);
-        match self.kinds.iter_mut().find(|kind| kind.of == of) {
-            Some(kind) => kind.waiting = Some(record),
-            None => self.kinds.push(Kind {
-                of,
-                shown: None,
-                waiting: Some(record),
-            }),
-        }
-        self.show_due(Instant::now())
+        self.show_due()
     }
 
     /// The latest pictures of a run that stands still are shown, too.
     fn idle(&mut self) -> Result<(), SinkError> {
-        self.show_due(Instant::now())
+        self.show_due()
     }
 
     fn delivery(&self) -> Delivery {
@@ -74,10 +49,8 @@ impl<S: Sink> Sink for Screen<S> {
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        for kind in &mut self.kinds {
-            if let Some(picture) = kind.waiting.take() {
-                self.viewer.accept(picture)?;
-            }
+        for picture in self.waiting.take_all() {
+            self.viewer.accept(picture)?;
         }
         self.viewer.finish()
     }
@@ -100,7 +73,7 @@ mod tests {
 
     fn words(time: f64) -> Record {
         let text = String::new();
-        Record::Narration { time, text }
+        Record::Warning { time, text }
     }
 
     #[test]
@@ -114,7 +87,7 @@ mod tests {
         let told = screen
             .viewer
             .iter()
-            .filter(|r| matches!(r, Record::Narration { .. }));
+            .filter(|r| matches!(r, Record::Warning { .. }));
         assert_eq!(told.count(), 50);
         let shown: Vec<f64> = screen
             .viewer

@@ -1,13 +1,18 @@
-//! Frames of known signals through the whole of the analyses.
+//! Frames of known signals through all analyses.
+
+#[path = "tests/narration.rs"]
+mod narration;
+#[path = "tests/summary.rs"]
+mod summary;
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use super::*;
 use crate::analysis::test_signals::noise;
-use crate::analysis::{Direction, Regime, Threshold};
+use crate::analysis::{Direction, RecurrenceImage, Regime, Threshold};
 use crate::pipeline::message::SectionPoint;
-use crate::pipeline::stages::synthetic::{
+use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, analyses, header, laboratory,
 };
 use crate::scene::{AnalysisSpec, SectionSpec, SectionSurface, Setting, StateCoordinate};
@@ -44,21 +49,18 @@ fn instants(records: &[Record], pick: fn(&Record) -> Option<f64>) -> Vec<f64> {
     records.iter().filter_map(pick).map(samples).collect()
 }
 
-fn narrations(records: &[Record]) -> Vec<&str> {
-    let mut texts = Vec::new();
-    for record in records {
-        if let Record::Narration { text, .. } = record {
-            texts.push(text.as_str());
-        }
-    }
-    texts
+fn narrations(records: &[Record]) -> Vec<String> {
+    let texts = records.iter().filter_map(|record| match record {
+        Record::Narration { observation, .. } => Some(crate::text::narration(observation)),
+        _ => None,
+    });
+    texts.collect()
 }
 
-fn headings(records: &[Record]) -> Vec<&str> {
-    let mut all: Vec<&str> = narrations(records)
-        .iter()
-        .filter_map(|t| t.lines().next())
-        .collect();
+fn headings(records: &[Record]) -> Vec<String> {
+    let texts = narrations(records);
+    let heading = |text: &String| text.lines().next().map(str::to_owned);
+    let mut all: Vec<String> = texts.iter().filter_map(heading).collect();
     all.dedup();
     all
 }
@@ -282,8 +284,8 @@ fn every_threshold_is_taken_by_picture_and_measures() {
         let (mut plots, mut measured) = (0, 0);
         for record in &records {
             match record {
-                Record::Recurrence { rate, .. } => {
-                    assert!(*rate > 0.0 && *rate < 1.0, "{threshold:?}");
+                Record::Recurrence { image, .. } => {
+                    assert!(image.rate > 0.0 && image.rate < 1.0, "{threshold:?}");
                     plots += 1;
                 }
                 Record::Quantification {
@@ -384,16 +386,16 @@ fn recurrence_tells_lag_rate_and_diagonals() {
     );
     let mut plots = 0;
     for record in &records {
-        if let Record::Recurrence {
-            size,
-            rate,
-            lag,
-            recurrent,
-            threshold,
-            window,
-            ..
-        } = record
-        {
+        if let Record::Recurrence { image, .. } = record {
+            let RecurrenceImage {
+                size,
+                rate,
+                lag,
+                recurrent,
+                threshold,
+                window,
+                ..
+            } = &**image;
             assert_eq!((*size, *window), (400, 5e-3));
             assert!((lag - 60e-6).abs() < 1e-12);
             assert!((rate - 0.05).abs() <= 1.0 / (400.0 * 399.0 / 2.0));
@@ -423,8 +425,8 @@ fn a_distance_threshold_is_taken_as_it_is() {
     let thresholds: Vec<f64> = records
         .iter()
         .filter_map(|r| {
-            if let Record::Recurrence { threshold, .. } = r {
-                *threshold
+            if let Record::Recurrence { image, .. } = r {
+                image.threshold
             } else {
                 None
             }
@@ -479,219 +481,12 @@ fn silence_gives_no_nan_and_says_so() {
             Record::SpectrogramColumn { level_db, .. } => {
                 assert!(level_db.iter().all(|&l| l == -160.0));
             }
-            Record::Recurrence {
-                rate,
-                threshold,
-                distance,
-                ..
-            } => {
-                assert_eq!((*rate, *threshold), (1.0, Some(0.0)));
-                assert!(distance.iter().all(|&d| d == 0));
+            Record::Recurrence { image, .. } => {
+                assert_eq!((image.rate, image.threshold), (1.0, Some(0.0)));
+                assert!(image.distance.iter().all(|&d| d == 0));
             }
             Record::Embedding { points, .. } => assert!(points.iter().flatten().all(|&x| x == 0.0)),
             _ => {}
         }
     }
-}
-
-#[test]
-fn narration_follows_growth_tone_torus_and_noise() {
-    let growing = Motion::tones(0.0125, &CYCLE[..1]).with_growth(750.0);
-    let mut chaos = Motion::tones(0.1, &TORUS);
-    for (v, x) in chaos.velocity.iter_mut().zip(noise(5, 20_000, 5e-3)) {
-        *v += x;
-    }
-    let motion = growing
-        .then(&Motion::tones(0.1, &CYCLE))
-        .fading_into(&Motion::tones(0.1, &TORUS))
-        .fading_into(&chaos);
-    let records = run(analyses(), &motion, 256);
-    // Between two faces the window holds both, and what is said then may vary; the order of
-    // what is said may not, nor may it come back.
-    let mut told = headings(&records);
-    // Where two motions meet the envelope may dip, and it settles anew.
-    assert_eq!(told[1], "## The vibration settles");
-    told.retain(|heading| !heading.contains("settles"));
-    told.dedup();
-    let place = |heading: &str| {
-        let places: Vec<usize> = (0..told.len())
-            .filter(|&i| told[i].contains(heading))
-            .collect();
-        assert_eq!(places.len(), 1, "{heading}: {told:?}");
-        places[0]
-    };
-    let order = [
-        place("growing"),
-        place("pure tone"),
-        place("two tones"),
-        place("looks like chaos"),
-    ];
-    assert!(order.is_sorted(), "{told:?}");
-    assert_eq!((order[0], order[3]), (0, told.len() - 1), "{told:?}");
-
-    let texts = narrations(&records);
-    let heads = |t: &str, heading: &str| t.lines().next().is_some_and(|h| h.contains(heading));
-    let last = |heading: &str| *texts.iter().rfind(|t| heads(t, heading)).unwrap();
-    let tone = last("pure tone");
-    assert!(
-        tone.contains("4.12 kHz") && tone.contains("3 f1 (12.4 kHz)"),
-        "{tone}"
-    );
-    assert!(tone.contains("Tilt 2.9°"), "{tone}");
-    // The last words on the torus may already have some of the noise in their window.
-    let torus =
-        |t: &str| heads(t, "two tones") && t.contains("3.87 kHz") && t.contains("beat at 240 Hz");
-    assert!(texts.iter().any(|t| torus(t)), "{texts:?}");
-    let growing = last("growing");
-    assert!(
-        growing.contains("doubles about every") && growing.contains("4.12 kHz"),
-        "{growing}"
-    );
-}
-
-#[test]
-fn a_torus_with_many_combinations_is_two_tones() {
-    // Two tones through a strong odd nonlinearity: dozens of lines, all n f1 + m f2.
-    let mut motion = Motion::tones(0.1, &[(4110.0, 1.0, 0.0), (3870.0, 0.5, 0.3)]);
-    motion
-        .velocity
-        .iter_mut()
-        .for_each(|v| *v = 16e-3 * (1.5 * *v).tanh());
-    let records = run(analyses(), &motion, 256);
-    assert_eq!(headings(&records).last(), Some(&"## Looks like two tones"));
-    let Some(Record::Spectrum { peaks, .. }) = records
-        .iter()
-        .rfind(|r| matches!(r, Record::Spectrum { .. }))
-    else {
-        panic!("no spectrum");
-    };
-    assert_eq!(peaks.len(), 12);
-    assert!(peaks.iter().all(|p| !p.label.is_empty()), "{peaks:?}");
-}
-
-#[test]
-fn the_lorenz_system_is_lines_over_a_broad_floor() {
-    // Lorenz 10, 28, 8/3, its time unit shrunk to 0.3 ms; x stands for the velocity.
-    let flow = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
-    let along = |s: [f64; 3], d: [f64; 3], h: f64| std::array::from_fn(|i| s[i] + h * d[i]);
-    let h = 1.0 / (0.3e-3 * RATE);
-    let mut state = [1.0, 1.0, 20.0];
-    let mut motion = Motion::default();
-    for _ in 0..20_000 {
-        // The midpoint rule is accurate enough for a spectrum.
-        state = along(state, flow(along(state, flow(state), 0.5 * h)), h);
-        motion.velocity.push(1e-3 * state[0]);
-        motion.displacement.push(1e-7 * state[1]);
-    }
-    let records = run(analyses(), &motion, 256);
-    let last = headings(&records).pop().unwrap();
-    assert_eq!(last, "## Lines over a broad floor: looks like chaos");
-}
-
-#[test]
-fn narration_does_not_flicker_and_is_refreshed() {
-    // 0.2 s of one tone: once it has been heard for 20 ms, then every 50 ms.
-    let records = run(analyses(), &Motion::tones(0.2, &CYCLE), 256);
-    let times = instants(&records, |r| match r {
-        Record::Narration { time, .. } => Some(*time),
-        _ => None,
-    });
-    assert_eq!(times, [3999.0, 13_999.0, 23_999.0, 33_999.0]);
-    assert_eq!(headings(&records), ["## Looks like a pure tone"]);
-}
-
-#[test]
-fn slip_reversal_is_told_from_the_velocity() {
-    for (factor, words) in [(0.9, "never slips backwards"), (1.1, "slip reverses")] {
-        let tone = [(4100.0, factor * SLIDING_SPEED, 0.0)];
-        let records = run(analyses(), &Motion::tones(0.02, &tone), 256);
-        assert!(
-            narrations(&records)[0].contains(words),
-            "{:?}",
-            narrations(&records)[0]
-        );
-    }
-}
-
-#[test]
-fn summary_is_of_the_last_window() {
-    let motion = Motion::tones(0.03, &[(4100.0, 50e-3, 0.0)]).then(&Motion::tones(0.04, &CYCLE));
-    let mut analyser = Analyser::new(&analyses(), &header());
-    let mut records: Vec<Record> = Vec::new();
-    let frames = motion.frames(T0, 0.0, 256);
-    for frame in &frames {
-        analyser.push(frame, &mut records).unwrap();
-    }
-    let summary = analyser.summary();
-    assert!((summary.simulated - 0.07).abs() < 1e-12);
-    assert_eq!(summary.transitions, 2 * frames.len() as u64);
-    let largest = motion.velocity[10_000..]
-        .iter()
-        .fold(0.0_f64, |m, v| m.max(v.abs()));
-    assert_eq!(summary.peak_velocity, largest);
-    let labels: Vec<&str> = summary.peaks.iter().map(|p| p.label.as_str()).collect();
-    assert_eq!(labels, ["f1", "3 f1", "2 f1"]);
-    assert!((summary.peaks[0].frequency - 4117.0).abs() < 0.1);
-    // 16 mm/s at 4117 Hz is 0.62 um; the harmonics add at most a tenth.
-    assert!(
-        (summary.amplitude / 0.62e-6 - 1.0).abs() < 0.1,
-        "{}",
-        summary.amplitude
-    );
-}
-
-#[test]
-fn summary_of_a_run_too_short_has_no_lines() {
-    let mut analyser = Analyser::new(&analyses(), &header());
-    assert_eq!(analyser.summary(), Summary::default());
-    let mut records: Vec<Record> = Vec::new();
-    let frames = Motion::tones(10.0 / RATE, &CYCLE).frames(0.0, 0.0, 10);
-    analyser.push(&frames[0], &mut records).unwrap();
-    assert!(analyser.summary().peaks.is_empty());
-    assert!(analyser.summary().peak_velocity > 0.0);
-}
-
-#[test]
-fn a_gap_between_frames_is_an_error() {
-    let mut analyser = Analyser::new(&analyses(), &header());
-    let mut records: Vec<Record> = Vec::new();
-    let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
-    analyser.push(&frames[0], &mut records).unwrap();
-    let error = analyser.push(&frames[2], &mut records).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            AnalyseError::Gap {
-                index: 2,
-                sample: 256,
-                ..
-            }
-        ),
-        "{error}"
-    );
-    assert_eq!(
-        records.len(),
-        1,
-        "a frame that does not fit must not be forwarded"
-    );
-}
-
-#[test]
-fn the_analyser_can_move_to_a_thread_of_its_own() {
-    fn movable<T: Send>(_: &T) {}
-    movable(&Analyser::new(&analyses(), &header()));
-}
-
-#[test]
-fn a_sink_that_refuses_stops_the_run() {
-    struct Full;
-    impl Sink for Full {
-        fn accept(&mut self, _: Record) -> Result<(), SinkError> {
-            Err("disk full".into())
-        }
-    }
-    let mut analyser = Analyser::new(&analyses(), &header());
-    let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
-    let error = analyser.push(&frames[0], &mut Full).unwrap_err();
-    assert_eq!(error.to_string(), "a record could not be kept: disk full");
 }

@@ -1,135 +1,16 @@
-//! What theory says of a scene's mechanism before the run: complex eigenvalues and curves, for the
-//! lesson to compare with. Nothing here is measured.
+//! Computes what theory predicts of a scene's mechanism before the run: complex eigenvalues and curves.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::PipelineError;
-use crate::joint::{BallJoint, Friction, Joint, Stribeck};
-use crate::scene::{Mechanism, Scene, SmallSystem, Start, SubjectSpec, TiltedJoint};
+use super::error::PipelineError;
+use super::message::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
+use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck};
+use crate::scene::{Mechanism, Scene, SmallSystem, SubjectSpec, TiltedJoint};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
 /// Points of a computed curve.
 const POINTS: usize = 120;
-
-/// What is computed of a scene that shows a mechanism.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Computed {
-    /// The mechanism.
-    pub mechanism: Mechanism,
-    /// The vibration modes linearised at steady sliding under the first load, tilt and rotation, by
-    /// ascending frequency.
-    pub modes: Vec<ComputedMode>,
-    /// The lowest natural frequency, without contact and friction, Hz.
-    pub natural_hz: f64,
-    /// The tilt that it holds for, rad; `None` of what has no tilt.
-    pub tilt: Option<f64>,
-    /// Sliding speed of steady sliding, m/s.
-    pub sliding_speed: f64,
-    /// How the run is kicked.
-    pub start: Start,
-    /// The friction curve as the scene has it, and with its two slope factors exchanged.
-    pub readings: Option<[FrictionReading; 2]>,
-    /// Two modes that friction couples.
-    pub coupling: Option<Coupling>,
-    /// A picture of the computed.
-    pub picture: Option<ComputedPicture>,
-}
-
-/// A mode of the linearised system.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ComputedMode {
-    /// The body's mode that has the largest share in it, such as `2nd bending`.
-    pub label: String,
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// Growth rate, 1/s; positive means unstable.
-    pub growth: f64,
-    /// Whether it grows by more than rounding can feign.
-    pub unstable: bool,
-}
-
-/// One reading of the friction curve, Eq. (5).
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrictionReading {
-    /// Slope factor of the creep region, s/m.
-    pub creep: f64,
-    /// Slope factor of the sliding region, s/m.
-    pub stribeck: f64,
-    /// Coefficient of friction at the sliding speed.
-    pub mu: f64,
-    /// Its slope there, s/m.
-    pub slope: f64,
-    /// The modes under this curve.
-    pub modes: Vec<ComputedMode>,
-}
-
-/// The coefficient of friction of two coupled modes, and the one at which they begin to flutter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coupling {
-    /// That of the run.
-    pub mu: f64,
-    /// The critical one, from the run's own stiffness matrix; `None` if there is none.
-    pub critical: Option<f64>,
-}
-
-/// Curves over one axis, in the units that the names say.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ComputedPicture {
-    /// What it shows.
-    pub title: String,
-    /// Name and unit of the axis across.
-    pub x: String,
-    /// Name and unit of the axis upwards.
-    pub y: String,
-    /// The curves.
-    pub curves: Vec<ComputedCurve>,
-    /// Where the run is.
-    pub marks: Vec<[f64; 2]>,
-}
-
-/// A curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ComputedCurve {
-    /// What it is.
-    pub name: String,
-    /// Its points.
-    pub points: Vec<[f64; 2]>,
-}
-
-impl Computed {
-    /// The modes that grow, the fastest first.
-    pub fn unstable(&self) -> Vec<&ComputedMode> {
-        unstable(&self.modes)
-    }
-
-    /// The largest growth rate of a mode, 1/s; `None` where there is no mode.
-    pub fn fastest(&self) -> Option<f64> {
-        fastest(&self.modes)
-    }
-}
-
-impl FrictionReading {
-    /// See [`Computed::unstable`].
-    pub fn unstable(&self) -> Vec<&ComputedMode> {
-        unstable(&self.modes)
-    }
-
-    /// See [`Computed::fastest`].
-    pub fn fastest(&self) -> Option<f64> {
-        fastest(&self.modes)
-    }
-}
-
-fn unstable(modes: &[ComputedMode]) -> Vec<&ComputedMode> {
-    let mut unstable: Vec<_> = modes.iter().filter(|mode| mode.unstable).collect();
-    unstable.sort_by(|a, b| b.growth.total_cmp(&a.growth));
-    unstable
-}
-
-fn fastest(modes: &[ComputedMode]) -> Option<f64> {
-    modes.iter().map(|mode| mode.growth).max_by(f64::total_cmp)
-}
 
 /// Of a scene with a joint, which is `joint` at first; `None` without a mechanism.
 ///
@@ -148,7 +29,7 @@ pub(super) fn of_joint(
     let velocity = ball.sliding_velocity(tilt);
     let sliding_speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
     let modes = modes(ball, joint)?;
-    let mut readings = None;
+    let (mut readings, mut picture) = (None, None);
     if let (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) =
         (mechanism, tilted.spec.friction)
     {
@@ -169,25 +50,9 @@ pub(super) fn of_joint(
             modes,
         };
         readings = Some([(law, modes.clone()), (other, exchanged)].map(|(l, m)| reading(l, m)));
+        let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
+        picture = Some(friction_curves(sliding_speed, &laws));
     }
-    let picture = match tilted.spec.friction {
-        Friction::Stribeck { law, .. } if readings.is_some() => Some(friction_curves(
-            sliding_speed,
-            &[
-                ("as in the scene", &|v| law.coefficient(v)),
-                ("the other way", &|v| {
-                    let (creep, stribeck) = (law.stribeck, law.creep);
-                    Stribeck {
-                        creep,
-                        stribeck,
-                        ..law
-                    }
-                    .coefficient(v)
-                }),
-            ],
-        )),
-        _ => None,
-    };
     Ok(Some(Arc::new(Computed {
         mechanism,
         modes,
@@ -229,10 +94,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
             )];
             if system.stribeck.is_some() {
                 let mu = |v| MassOnBelt::coefficient(system, v);
-                computed.picture = Some(friction_curves(
-                    system.belt,
-                    &[("the belt's friction", &mu)],
-                ));
+                computed.picture = Some(friction_curves(system.belt, &[&mu]));
             }
         }
         SmallSystem::TwoModesOnBelt(system) => {
@@ -254,8 +116,8 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
     Some(Arc::new(computed))
 }
 
-fn mode(label: &str, omega: f64, growth: f64) -> ComputedMode {
-    ComputedMode {
+fn mode(label: &str, omega: f64, growth: f64) -> NamedMode {
+    NamedMode {
         label: label.to_owned(),
         frequency_hz: omega / TAU,
         growth,
@@ -263,40 +125,21 @@ fn mode(label: &str, omega: f64, growth: f64) -> ComputedMode {
     }
 }
 
-/// The modes of a joint, by the name of the body's mode that has the largest share.
-fn modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<ComputedMode>, PipelineError> {
-    let labels = ball.family_labels();
-    let modes = joint.linear_modes()?.into_iter().map(|mode| {
-        let shares = mode.shares.iter().enumerate();
-        let largest = shares
-            .max_by(|a, b| a.1.total_cmp(b.1))
-            .map_or(0, |(k, _)| k);
-        ComputedMode {
-            label: labels.get(largest).cloned().unwrap_or_default(),
-            frequency_hz: mode.frequency_hz,
-            growth: mode.growth,
-            unstable: mode.unstable(),
-        }
-    });
-    Ok(modes.collect())
+/// The modes of a joint, by name.
+fn modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
+    let families = ball.family_labels();
+    let modes = joint.linear_modes()?.into_iter();
+    Ok(modes.map(|mode| mode.named(&families)).collect())
 }
 
 /// Friction over the sliding speed, up to some times that of the run, and where the run is.
-fn friction_curves(speed: f64, laws: &[(&str, &dyn Fn(f64) -> f64)]) -> ComputedPicture {
+fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> ComputedPicture {
     let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
-    let curves = laws.iter().map(|(name, mu)| ComputedCurve {
-        name: (*name).to_owned(),
-        points: speeds.clone().map(|v| [1e3 * v, mu(v)]).collect(),
-    });
+    let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
     ComputedPicture {
-        title: "Computed: friction over sliding speed; dots: steady sliding".to_owned(),
-        x: "sliding speed, mm/s".to_owned(),
-        y: "coefficient of friction".to_owned(),
-        curves: curves.collect(),
-        marks: laws
-            .iter()
-            .map(|(_, mu)| [1e3 * speed, mu(speed)])
-            .collect(),
+        subject: CurveSubject::Friction,
+        curves: laws.iter().map(curve).collect(),
+        marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
 }
 
@@ -304,26 +147,14 @@ fn friction_curves(speed: f64, laws: &[(&str, &dyn Fn(f64) -> f64)]) -> Computed
 fn flutter(system: &TwoModesOnBelt) -> ComputedPicture {
     let highest = 1.6 * system.critical_mu().unwrap_or(0.0).max(system.mu);
     let along = (0..=POINTS).map(|k| highest.max(0.1) * k as f64 / POINTS as f64);
-    let curve = |name: &str, of: &dyn Fn(f64) -> f64| ComputedCurve {
-        name: name.to_owned(),
-        points: along.clone().map(|mu| [mu, of(mu)]).collect(),
+    let at = |mu: f64| {
+        let [first, second] = system.modes_at(mu);
+        [first.omega / TAU, second.omega / TAU, second.growth].map(|y| [mu, y])
     };
-    let frequency = |k: usize| move |mu: f64| system.modes_at(mu)[k].omega / TAU;
-    let growth = |mu: f64| system.modes_at(mu)[1].growth;
-    let [first, second] = system.modes_at(system.mu);
+    let curve = |c: usize| along.clone().map(|mu| at(mu)[c]).collect();
     ComputedPicture {
-        title: "Computed: two frequencies become one, and it grows; dots: this run".to_owned(),
-        x: "coefficient of friction".to_owned(),
-        y: "frequency, Hz; growth rate, 1/s".to_owned(),
-        curves: vec![
-            curve("lower frequency", &frequency(0)),
-            curve("higher frequency", &frequency(1)),
-            curve("growth rate", &growth),
-        ],
-        marks: vec![
-            [system.mu, first.omega / TAU],
-            [system.mu, second.omega / TAU],
-            [system.mu, second.growth],
-        ],
+        subject: CurveSubject::Flutter,
+        curves: (0..3).map(curve).collect(),
+        marks: at(system.mu).to_vec(),
     }
 }

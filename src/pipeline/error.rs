@@ -1,8 +1,7 @@
 //! What can end a run early.
 
-use super::SinkError;
-use super::analyse::AnalyseError;
-use super::outlet::RecorderGone;
+use super::sink::SinkError;
+use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
 use crate::joint::{AssemblyError, StabilityError};
 use crate::scene::SceneError;
@@ -68,3 +67,36 @@ pub enum PipelineError {
         message: String,
     },
 }
+
+/// The error of the analyses.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalyseError {
+    /// A frame does not start where the one before it ended.
+    #[error(
+        "frame {index} starts at {found} s with samples every {dt} s, but sample {sample} of the \
+         run is due at {due} s; frames must follow one another without a gap, at the rate of the header"
+    )]
+    Gap {
+        /// Number of the frame.
+        index: u64,
+        /// Where it starts, s.
+        found: f64,
+        /// Its sample spacing, s.
+        dt: f64,
+        /// The sample it should start with, counted from the first of the run.
+        sample: u64,
+        /// Where that sample is due, s.
+        due: f64,
+    },
+    /// A window of the scene is too short for its analysis.
+    #[error("analysis of the probe's signal: {0}")]
+    Signal(#[from] AnalysisError),
+    /// The sink refused a record.
+    #[error("a record could not be kept: {0}")]
+    Sink(#[source] SinkError),
+}
+
+/// The recorder has stopped; its own error says why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the recorder has stopped")]
+pub struct RecorderGone;

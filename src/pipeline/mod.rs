@@ -3,14 +3,17 @@
 mod along;
 mod analyse;
 mod computed;
-mod course;
 mod error;
 #[cfg(test)]
 mod flow_tests;
 mod health;
+#[cfg_attr(
+    not(feature = "live"),
+    allow(dead_code, reason = "only a live run thins pictures out by time")
+)]
+mod latest;
 pub mod message;
 mod outlet;
-mod outline;
 mod pending;
 mod playback;
 mod prepare;
@@ -27,13 +30,14 @@ mod steer;
 mod stop_tests;
 mod twin;
 
-pub use analyse::{AnalyseError, Analyser};
-pub use error::PipelineError;
-pub use outlet::RecorderGone;
+pub use analyse::Analyser;
+pub use error::{AnalyseError, PipelineError, RecorderGone};
 pub use pending::{KICKS_A_FRAME, Pending, TooManyKicks};
 pub use playback::Playback;
 pub use prepare::{Prepared, initial_state, prepare, prepare_on};
 // The command line takes the live runs along.
+#[cfg(feature = "live")]
+pub(crate) use latest::Latest;
 #[cfg(feature = "live")]
 pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
@@ -41,4 +45,6 @@ pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
 pub use source::{Source, Steerable, source, steerable};
+#[cfg(test)]
+pub(crate) use stages::synthetic_tests::header as synthetic_header;
 pub use steer::{Gait, Helm, Order, Steered};

@@ -2,8 +2,10 @@
 
 use crossbeam_channel::{Sender, TrySendError};
 
+use super::error::RecorderGone;
+use super::latest::Latest;
 use super::message::Record;
-use super::{Delivery, Sink, SinkError};
+use super::sink::{Delivery, Sink, SinkError};
 
 /// Sends records on. A picture that cannot be sent at once may be replaced by the next of its kind,
 /// where the sink allows it; samples, words and numbers always wait.
@@ -11,22 +13,17 @@ use super::{Delivery, Sink, SinkError};
 pub(super) struct Outlet {
     sender: Sender<Record>,
     delivery: Delivery,
-    /// Pictures that could not be sent yet, at most one of a kind.
-    held: Vec<Record>,
+    /// Pictures that could not be sent yet.
+    held: Latest,
     drops: u64,
 }
-
-/// The recorder has stopped; its own error says why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the recorder has stopped")]
-pub struct RecorderGone;
 
 impl Outlet {
     pub fn new(sender: Sender<Record>, delivery: Delivery) -> Self {
         Self {
             sender,
             delivery,
-            held: Vec::new(),
+            held: Latest::default(),
             drops: 0,
         }
     }
@@ -43,7 +40,7 @@ impl Outlet {
 
     /// Sends what is still held; waits for it.
     pub fn flush(&mut self) -> Result<(), RecorderGone> {
-        for record in self.held.drain(..) {
+        for record in self.held.take_all() {
             self.sender.send(record).map_err(|_| RecorderGone)?;
         }
         Ok(())
@@ -54,18 +51,7 @@ impl Outlet {
             Ok(()) => Ok(()),
             Err(TrySendError::Disconnected(_)) => Err(RecorderGone),
             Err(TrySendError::Full(record)) => {
-                let kind = std::mem::discriminant(&record);
-                match self
-                    .held
-                    .iter_mut()
-                    .find(|r| std::mem::discriminant(*r) == kind)
-                {
-                    None => self.held.push(record),
-                    Some(older) => {
-                        *older = record;
-                        self.drops += 1;
-                    }
-                }
+                self.drops += u64::from(self.held.put(record));
                 Ok(())
             }
         }
@@ -75,7 +61,7 @@ impl Outlet {
 impl Sink for Outlet {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if self.delivery == Delivery::LatestPictures {
-            for held in std::mem::take(&mut self.held) {
+            for held in self.held.take_all() {
                 self.send_or_hold(held)?;
             }
             if record.is_picture() {
@@ -98,10 +84,8 @@ mod tests {
     }
 
     fn words(time: f64) -> Record {
-        Record::Narration {
-            time,
-            text: String::new(),
-        }
+        let text = String::new();
+        Record::Warning { time, text }
     }
 
     /// While the recorder is stuck, the latest picture of a kind survives; words are never lost.
@@ -119,9 +103,9 @@ mod tests {
         outlet.accept(words(6.0)).unwrap();
         drop(outlet);
         let got = reader.join().unwrap();
-        assert!(matches!(got[0], Record::Narration { time: 0.0, .. }));
+        assert!(matches!(got[0], Record::Warning { time: 0.0, .. }));
         assert!(matches!(got[1], Record::Embedding { time: 5.0, .. }));
-        assert!(matches!(got[2], Record::Narration { time: 6.0, .. }));
+        assert!(matches!(got[2], Record::Warning { time: 6.0, .. }));
         assert_eq!(got.len(), 3);
     }
 

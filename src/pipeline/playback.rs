@@ -110,7 +110,7 @@ mod tests {
 
     use super::*;
     use crate::pipeline::message::Record;
-    use crate::pipeline::stages::synthetic::{Motion, RATE, laboratory};
+    use crate::pipeline::stages::synthetic_tests::{Motion, RATE, laboratory};
     use crate::pipeline::{Monitor, drive};
 
     const START: f64 = -1.5;
@@ -181,7 +181,7 @@ mod tests {
                     assert_eq!((health.real_time_factor, health.audit), (0.0, None));
                     assert_eq!((health.steps_per_ms, health.calls_per_ms), (0.0, 0.0));
                 }
-                Record::Narration { text, .. } => panic!("words on a joint: {text}"),
+                Record::Narration { observation, .. } => panic!("of a joint: {observation:?}"),
                 _ => {}
             }
         }

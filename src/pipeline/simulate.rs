@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::along::{Along, Reached, with_tangents};
 use super::computed;
 use super::message::{
-    Computed, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, Outline, PatchGeometry,
+    Computed, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, PatchGeometry,
     PatchSnapshot, Shown, Subject,
 };
 use super::prepare::{initial_state, kick, of_joint};
@@ -92,6 +92,17 @@ fn first_sample_from(time: f64, rate: f64) -> u64 {
         _ if is_from(near) => near,
         _ => near + 1,
     }
+}
+
+/// How many nodes have opened or closed on the way to the coordinates `q`. `open` has the open nodes at the
+/// last sample first, one bit a node, and afterwards those at this one.
+fn transitions(joint: &Joint, q: &[f64], open: &mut [Vec<u8>; 2]) -> u64 {
+    let [before, now] = open;
+    joint.open_nodes(q, now);
+    let changed = before.iter().zip(&*now).map(|(a, b)| (a ^ b).count_ones());
+    let count = changed.map(u64::from).sum();
+    std::mem::swap(before, now);
+    count
 }
 
 impl Simulation {
@@ -203,11 +214,7 @@ impl Simulation {
             max_tilt: tilt.max(),
             reach: self.reach,
             azimuth: spec.azimuth,
-            outline: outline.map_or_else(Outline::default, |surface| Outline {
-                vertices: surface.vertices,
-                triangles: surface.triangles,
-                shapes: surface.shapes,
-            }),
+            outline: outline.unwrap_or_default(),
             rotation,
             rotation_span: self.tilted.rotation_span(),
             load_span: self.tilted.load_span(),
@@ -345,14 +352,7 @@ impl Source for Simulation {
             frame.qdot.extend_from_slice(v);
             frame.displacement.push(self.joint.probe_value(q));
             frame.velocity.push(self.joint.probe_value(v));
-            let [before, now] = &mut self.open;
-            self.joint.open_nodes(q, now);
-            frame.transitions += before
-                .iter()
-                .zip(&*now)
-                .map(|(a, b)| u64::from((a ^ b).count_ones()))
-                .sum::<u64>();
-            std::mem::swap(before, now);
+            frame.transitions += transitions(&self.joint, q, &mut self.open);
             if patch_every.is_some_and(|every| index % every == 0) {
                 frame.patch.push(patch_snapshot(&self.joint, time, q, v));
             }

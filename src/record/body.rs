@@ -10,7 +10,7 @@ use super::{
     stream::{self, RecordingStream},
     style::{self, ColorMap, FullScale, Quantity},
 };
-use crate::pipeline::message::{Frame, JointInfo, Outline, vertex_normals};
+use crate::pipeline::message::{Frame, JointInfo, SurfaceMesh, vertex_normals};
 
 /// Vertices sent in one go, over all pictures of the batch.
 const BATCH_VERTICES: usize = 40_000;
@@ -157,7 +157,7 @@ impl Body {
 }
 
 /// Mode shapes in the order in which they are summed: all vertices of a mode in a row.
-fn by_mode(outline: &Outline, modes: usize) -> Vec<f32> {
+fn by_mode(outline: &SurfaceMesh, modes: usize) -> Vec<f32> {
     (0..modes)
         .flat_map(|mode| outline.shapes.iter().skip(mode).step_by(modes))
         .flat_map(|shape| shape.map(|c| c as f32))
@@ -205,9 +205,9 @@ mod tests {
     #[test]
     fn displacement_sums_shapes() {
         // Two vertices, two modes.
-        let outline = Outline {
+        let outline = SurfaceMesh {
             shapes: vec![[1.0, 0.0, 2.0], [0.0, -3.0, 1.0], [4.0; 3], [-8.0; 3]],
-            ..Outline::default()
+            ..SurfaceMesh::default()
         };
         let mut moved = [f32::NAN; 6];
         displace(&by_mode(&outline, 2), &[2.0, 0.5], &mut moved);

@@ -15,7 +15,7 @@ use super::{
     paths::{self, Root},
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
-    recurrence::{Picture, Recurrence},
+    recurrence::Recurrence,
     regime,
     samples::{Samples, Waveform},
     section::Section,
@@ -185,30 +185,7 @@ impl Encoder {
                 bin,
                 level_db,
             } => self.spectrogram.push(rec, *time, *bin, level_db),
-            Record::Recurrence {
-                time,
-                window,
-                size,
-                distance,
-                recurrent,
-                threshold,
-                rate,
-                lag,
-                dimension,
-            } => self.recurrence.draw(
-                rec,
-                Picture {
-                    at: (*time).into(),
-                    window: *window,
-                    size: *size,
-                    distance,
-                    recurrent,
-                    threshold: *threshold,
-                    rate: *rate,
-                    lag: *lag,
-                    dimension: *dimension,
-                },
-            ),
+            Record::Recurrence { time, image } => self.recurrence.draw(rec, *time, image),
             Record::Embedding { time, points } => self.embedding.draw(rec, *time, points),
             Record::Delay {
                 time, dt, choice, ..
@@ -243,10 +220,13 @@ impl Encoder {
                 Frames::Joint(_) | Frames::Small(_) => health::log(rec, health),
                 Frames::Signal(_) => Ok(()),
             },
-            Record::Narration { time, text } => text::narrate(rec, &self.header, *time, text),
+            Record::Narration { time, observation } => {
+                let words = crate::text::narration(observation);
+                text::narrate(rec, &self.header, *time, &words)
+            }
             Record::Event { time, text } => text::note(rec, *time, text),
-            Record::Lesson { time, text } => match &self.lesson {
-                Some(lesson) => lesson.tell(rec, *time, text),
+            Record::Lesson(now) => match &mut self.lesson {
+                Some(lesson) => lesson.write(rec, now),
                 None => Ok(()),
             },
             Record::Course(course) => match &mut self.lesson {

@@ -1,5 +1,5 @@
-//! The lesson of a scene that shows a mechanism, and the pictures that prove it: how loud it is
-//! against what was computed, what is heard at which tilt, and computed curves.
+//! The lesson of a scene that shows a mechanism, and the pictures that prove it: the velocity level
+//! against the computed growth, the strongest line over the tilt, and computed curves.
 
 use std::sync::Arc;
 
@@ -16,8 +16,11 @@ use super::{
 };
 use crate::{
     analysis::range,
-    pipeline::message::{Computed, ComputedPicture, Course, Header, TiltedTone, Way},
+    pipeline::message::{
+        self, Computed, ComputedPicture, Course, CurveSubject, Header, TiltedTone, Way,
+    },
     scene::Mechanism,
+    text::LessonText,
 };
 
 /// Colours of computed curves.
@@ -26,6 +29,7 @@ const CURVES: [Color; 3] = [style::SIGNAL, style::SECOND, style::ROTATION];
 /// Draws a lesson.
 #[derive(Debug)]
 pub struct Lesson {
+    text: LessonText,
     level: Rows,
     foretold: Rows,
     /// The loop, where there is one.
@@ -66,6 +70,7 @@ impl Lesson {
             plot.draw_key(rec, paths::LESSON_LOOP_KEY, &turns_key())?;
         }
         Ok(Self {
+            text: LessonText::default(),
             level: Rows::new(paths::LESSON_LEVEL, 1),
             foretold: Rows::new(paths::LESSON_FORETOLD, 1),
             turns: turns.map(|plot| Turns {
@@ -75,10 +80,16 @@ impl Lesson {
         })
     }
 
-    /// Shows the words.
-    pub fn tell(&self, rec: &RecordingStream, time: f64, text: &str) -> Result<(), RecordError> {
-        let words = text::document(text);
-        stream::log_at(rec, paths::LESSON, time, &words)
+    /// Shows the lesson in words, if they have changed.
+    pub fn write(
+        &mut self,
+        rec: &RecordingStream,
+        now: &message::Lesson,
+    ) -> Result<(), RecordError> {
+        match self.text.next(now) {
+            Some(words) => stream::log_at(rec, paths::LESSON, now.time, &text::document(words)),
+            None => Ok(()),
+        }
     }
 
     /// Takes a point of the course.
@@ -95,7 +106,7 @@ impl Lesson {
             };
         }
         self.level.push(course.time, [shown(course.level)]);
-        let foretold = course.foretold.map_or(f64::NAN, shown);
+        let foretold = course.predicted.map_or(f64::NAN, shown);
         self.foretold.push(course.time, [foretold]);
         self.level.send_full(rec)?;
         self.foretold.send_full(rec)
@@ -161,21 +172,40 @@ pub fn turns_bounds(header: &Header) -> Option<Bounds> {
     turns_plot(header).map(|plot| plot.bounds())
 }
 
+/// The title of a computed picture.
+pub fn picture_title(picture: &ComputedPicture) -> &'static str {
+    match picture.subject {
+        CurveSubject::Friction => "Computed: friction over sliding speed; dots: steady sliding",
+        CurveSubject::Flutter => {
+            "Computed: two frequencies merge, and growth begins; dots: this run"
+        }
+    }
+}
+
 fn picture_key(picture: &ComputedPicture) -> Vec<(String, Color)> {
-    let names = picture.curves.iter().map(|curve| curve.name.clone());
-    names.zip(CURVES.into_iter().cycle()).collect()
+    let names: &[&str] = match (picture.subject, picture.curves.len()) {
+        (CurveSubject::Friction, 1) => &["the belt's friction"],
+        (CurveSubject::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveSubject::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
+    };
+    let names = names.iter().map(|&name| name.to_owned());
+    names.zip(CURVES).collect()
 }
 
 fn picture_plot(picture: &ComputedPicture) -> Plot {
-    let points = || picture.curves.iter().flat_map(|curve| &curve.points);
+    let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
+    let [x, y] = match picture.subject {
+        CurveSubject::Friction => ["sliding speed, mm/s", "coefficient of friction"],
+        CurveSubject::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
+    };
     Plot {
         width: 400.0,
         height: 260.0,
         head: plot::key_height(400.0, &picture_key(picture)),
-        x: Axis::linear(&picture.x, x_low, x_high, 5),
-        y: Axis::linear(&picture.y, y_low.min(0.0), 1.1 * y_high, 5),
+        x: Axis::linear(x, x_low, x_high, 5),
+        y: Axis::linear(y, y_low.min(0.0), 1.1 * y_high, 5),
         grid: true,
     }
 }
@@ -196,7 +226,7 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
             .map(|p| plot.at(p[0], p[1]))
             .collect::<Vec<_>>()
     };
-    let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(&curve.points)))
+    let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(curve)))
         .with_colors(picture_key(picture).into_iter().map(|(_, color)| color))
         .with_radii([Radius::new_ui_points(1.2)]);
     rec.log_static(paths::LESSON_COMPUTED_CURVES, &curves)?;

@@ -17,6 +17,7 @@ use super::{
     stream::{self, Moment, RecordingStream},
     style::{ColorMap, Quantity},
 };
+use crate::analysis::RecurrenceImage;
 
 /// Side of the field, pixels of the picture's plane.
 const SIDE: f32 = 400.0;
@@ -28,29 +29,6 @@ const SHADE_WIDTH: u8 = (256 / SHADES as u16) as u8;
 const RECURRENT: u8 = SHADES;
 /// Brightest shade of a pair that is not recurrent, as a share of the colour map.
 const BRIGHTEST: f32 = 0.5;
-
-/// One recurrence plot, borrowed from its record.
-#[derive(Clone, Copy, Debug)]
-pub struct Picture<'a> {
-    /// Where on the timeline it stands: at the end of the window.
-    pub at: Moment,
-    /// Length of the window, s.
-    pub window: f64,
-    /// Points along a side.
-    pub size: usize,
-    /// Distance of each pair, 0 to 255, `size x size`, oldest first.
-    pub distance: &'a [u8],
-    /// 255 where recurrent, else 0.
-    pub recurrent: &'a [u8],
-    /// Threshold, m; `None` if each state had its own.
-    pub threshold: Option<f64>,
-    /// Recurrence rate, 0 to 1.
-    pub rate: f64,
-    /// Delay, s.
-    pub lag: f64,
-    /// Embedding dimension.
-    pub dimension: usize,
-}
 
 /// Draws recurrence plots.
 #[derive(Debug)]
@@ -100,23 +78,29 @@ impl Recurrence {
         Self::plot(1.0).bounds()
     }
 
-    /// Draws a plot.
-    pub fn draw(&mut self, rec: &RecordingStream, picture: Picture) -> Result<(), RecordError> {
+    /// Draws a plot; it stands at the end of its window.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        at: impl Into<Moment>,
+        picture: &RecurrenceImage,
+    ) -> Result<(), RecordError> {
+        let at = at.into();
         let now = (picture.window, picture.size);
         let image_path = self.root.at(paths::RECURRENCE_IMAGE);
         if self.drawn != Some(now) {
             self.drawn = Some(now);
             let axes = self.root.at(paths::RECURRENCE_AXES);
-            Self::plot(picture.window).draw(rec, &axes, Some(picture.at))?;
+            Self::plot(picture.window).draw(rec, &axes, Some(at))?;
             let scale = SIDE / picture.size as f32;
             let scale = Transform3D::from_scale([scale, scale, 1.0]);
-            stream::log_at(rec, &*image_path, picture.at, &scale)?;
+            stream::log_at(rec, &*image_path, at, &scale)?;
         }
         let format = ImageFormat::segmentation([picture.size as u32; 2], ChannelDatatype::U8);
-        let image = SegmentationImage::new(classes(&picture), format)
+        let image = SegmentationImage::new(classes(picture), format)
             .with_opacity(1.0)
             .with_draw_order(-2.0);
-        stream::log_at(rec, image_path, picture.at, &image)?;
+        stream::log_at(rec, image_path, at, &image)?;
 
         let epsilon = match picture.threshold {
             Some(threshold) => format!("ε = {}", self.quantity.words(threshold)),
@@ -128,7 +112,7 @@ impl Recurrence {
             picture.dimension,
             Quantity::Time.words(picture.lag),
         );
-        self.caption(rec, picture.at, &words)
+        self.caption(rec, at, &words)
     }
 
     /// Takes the picture away and says why there is none.
@@ -152,7 +136,7 @@ impl Recurrence {
 }
 
 /// The class of each pixel, the newest row on top.
-fn classes(picture: &Picture) -> Vec<u8> {
+fn classes(picture: &RecurrenceImage) -> Vec<u8> {
     let rows = picture.distance.chunks_exact(picture.size).rev();
     let marks = picture.recurrent.chunks_exact(picture.size).rev();
     rows.zip(marks)
@@ -176,12 +160,11 @@ mod tests {
 
     #[test]
     fn newest_row_is_on_top() {
-        let picture = Picture {
-            at: 0.0.into(),
+        let picture = RecurrenceImage {
             window: 1e-3,
             size: 2,
-            distance: &[0, 255, 255, 0],
-            recurrent: &[0, 0, 0, 255],
+            distance: vec![0, 255, 255, 0],
+            recurrent: vec![0, 0, 0, 255],
             threshold: Some(1e-7),
             rate: 0.25,
             lag: 1e-5,

@@ -9,7 +9,7 @@ use super::{
     stream::{self, Moment, RecordingStream},
     style::{self, ColorMap, Quantity, Unit, short},
 };
-use crate::pipeline::message::{Header, Peak, SignalInfo, Subject};
+use crate::pipeline::message::{Header, SignalInfo, SpectralLine, Subject};
 
 /// Peaks that get a label; more would cover one another.
 const LABELLED: usize = 6;
@@ -108,7 +108,7 @@ pub struct Spectrum<'a> {
     /// Amplitudes, SI.
     pub amplitude: &'a [f64],
     /// Lines, the strongest first.
-    pub peaks: &'a [Peak],
+    pub peaks: &'a [SpectralLine],
 }
 
 /// Draws a spectrum.
@@ -145,7 +145,8 @@ pub fn draw_spectrum(
         .iter()
         .filter(|peak| hz.per_si * peak.frequency <= plot.x.high);
     let peaks: Vec<_> = shown.take(LABELLED).collect();
-    let tip = |peak: &Peak| plot.at(hz.per_si * peak.frequency, size.per_si * peak.amplitude);
+    let tip =
+        |peak: &SpectralLine| plot.at(hz.per_si * peak.frequency, size.per_si * peak.amplitude);
     let marks = Points2D::new(peaks.iter().map(|peak| tip(peak)))
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
@@ -208,7 +209,7 @@ fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
 }
 
 /// What it is, where that is known, and its frequency.
-fn peak_label(peak: &Peak, unit: &Unit) -> String {
+fn peak_label(peak: &SpectralLine, unit: &Unit) -> String {
     let frequency = unit.per_si * peak.frequency;
     if peak.label.is_empty() {
         format!("{frequency:.2}")
@@ -474,7 +475,7 @@ mod tests {
 
     #[test]
     fn peaks_are_named() {
-        let mut peak = Peak {
+        let mut peak = SpectralLine {
             frequency: 4117.0,
             amplitude: 1e-3,
             label: "f1".to_owned(),

@@ -10,106 +10,12 @@ use super::{
     style::{self, Quantity},
 };
 use crate::escape;
-use crate::pipeline::message::{AnalysisKind, Header, JointInfo, SignalInfo, Subject, Summary};
+use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
 
 /// A document of Markdown for the viewer. Names in it are escaped where they are put in; here, whatever else changes
 /// how text is shown, and pictures, which a viewer would fetch from anywhere.
 pub fn document(markdown: impl AsRef<str>) -> TextDocument {
     TextDocument::from_markdown(escape::lines(markdown.as_ref()).replace("![", "!\\["))
-}
-
-/// How to read the views that the run has.
-fn reading(header: &Header) -> String {
-    let joint = header.joint().is_some();
-    let small = matches!(header.subject, Subject::Small(_));
-    let has = |kind| header.has(kind);
-    let rows = [
-        (
-            header.computed.is_some(),
-            "**Lesson** | the mechanism that the scene shows: what was computed of it before the run, and what has been measured in it so far, beside the pictures that prove it",
-        ),
-        (
-            header
-                .joint()
-                .is_some_and(|joint| !joint.outline.vertices.is_empty()),
-            "**Ball and beam**, or **Body of** a file | the vibrating body, its motion drawn much too large; yellow moves most",
-        ),
-        (
-            joint,
-            "**Contact patch** | where the ball bears on the socket, seen along the load: *blue* nodes slide, *orange* ones stick (they only creep), *white* ones have lifted off; a node grows with its pressure; pink arrows are the friction on the ball; the yellow ring is the edge; the white dot is the beam's axis, with circles of equal tilt round it",
-        ),
-        (
-            joint,
-            "**Phase portrait** | velocity against displacement of the contact's centre along the sliding, the last 20 ms: a closed loop is a pure tone, a woven band a torus, a tangle chaos",
-        ),
-        (
-            small,
-            "**Phase portrait** | velocity against displacement, the last forty natural periods, in the colour of what the system does: a closed loop is periodic, a tangle chaos",
-        ),
-        (
-            small,
-            "**What it does** | the smooth law that holds, from one jump or kink to the next: steps end exactly there; the time series have the same colours",
-        ),
-        (
-            has(AnalysisKind::Recurrence),
-            "**Recurrence plot** | bright where the motion comes back: unbroken diagonals mean a tone, broken ones chaos",
-        ),
-        (
-            has(AnalysisKind::Spectrum) || has(AnalysisKind::Spectrogram),
-            "**Spectrum, spectrogram** | how strong each frequency is, now and over the whole run; the spectrogram begins and ends half a window inside",
-        ),
-        (
-            has(AnalysisKind::Recurrence),
-            "**Delay embedding** | the motion rebuilt from one signal and its own past: what shape is it drawn to?",
-        ),
-        (
-            has(AnalysisKind::Delay),
-            "**Mutual information** | what the signal now tells of the signal a lag later; the first minimum is the delay τ",
-        ),
-        (
-            has(AnalysisKind::Delay),
-            "**False neighbours** | states that look alike only because too few coordinates are seen; where none is left is the dimension m",
-        ),
-        (
-            has(AnalysisKind::Section),
-            "**Poincaré section** | where the motion passes through a plane, bright now: a few points are a tone, a closed curve a torus, a cloud chaos",
-        ),
-        (
-            has(AnalysisKind::Section),
-            "**Return map** | one passage against the next: on the diagonal the motion repeats",
-        ),
-        (
-            has(AnalysisKind::Quantification),
-            "**Recurrence measures** | RR how much comes back; DET how much of it along diagonals, LAM along verticals; L and Lmax how long it then stays together; TT, T1, T2 how soon it leaves and comes back; ENTR how varied the diagonals are; TREND whether it drifts",
-        ),
-        (
-            has(AnalysisKind::Chaos),
-            "**How neighbours part** | mean log distance of states that were alike; its straight part (orange) has the largest exponent λ as slope: above zero is chaos",
-        ),
-        (
-            has(AnalysisKind::Chaos),
-            "**0-1 test** | a path that stays bounded (K near 0) is regular, one that wanders like chance (K near 1) chaotic",
-        ),
-        (
-            has(AnalysisKind::Regime),
-            "**Kind of motion** | the verdict over time, how sure it is, and the evidence behind it",
-        ),
-        (
-            has(AnalysisKind::Exponents),
-            "**Lyapunov exponents** | how fast neighbouring motions part (above zero) or meet (below), one a direction, from the flow of the simulation itself; thin lines are the ends of the 95 % intervals",
-        ),
-        (
-            has(AnalysisKind::Butterfly),
-            "**Butterfly** | a second copy of the joint (orange) that started almost like the first: its distance on a logarithmic scale grows with the largest exponent as its slope, until it is as large as the motion",
-        ),
-        (
-            joint || small,
-            "**Health** | the largest local error that the integrator sees in the steps of a frame, over the tolerance (1 is all that is allowed); what a simulated millisecond costs in steps and calls of the right-hand side, and how fast that is here",
-        ),
-    ];
-    let rows = rows.iter().filter(|(there, _)| *there);
-    let rows: String = rows.map(|(_, row)| format!("| {row} |\n")).collect();
-    format!("| view | what it shows |\n|---|---|\n{rows}")
 }
 
 /// How to move in time.
@@ -174,7 +80,7 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
          squeakscope {version}, Rerun {RERUN_VERSION}. Started as {command}.\n",
         title = escape::markdown(&header.title),
         about = header.about,
-        reading = reading(header),
+        reading = crate::text::views(header),
         moving = moving(header),
         subject = match &header.subject {
             Subject::Joint(joint) => joint_about(header, joint),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::pipeline::message::{Frame, Header, Outline, vertex_normals};
+use crate::pipeline::message::{Frame, Header, SurfaceMesh, vertex_normals};
 
 /// What of a motion is heard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -169,7 +169,7 @@ fn probe(header: &Header) -> Aim {
 }
 
 /// The vertex of a surface that is nearest to a point, moving outwards; `None` where there is no surface.
-fn nearest(outline: &Outline, point: [f64; 3]) -> Option<Aim> {
+fn nearest(outline: &SurfaceMesh, point: [f64; 3]) -> Option<Aim> {
     let away = |at: &[f64; 3]| (0..3).map(|i| (at[i] - point[i]).powi(2)).sum::<f64>();
     let vertices = outline.vertices.iter().enumerate();
     let (k, &at) = vertices.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;

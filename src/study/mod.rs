@@ -14,4 +14,4 @@ mod stability;
 pub mod sweep;
 
 pub use pool::{NoThread, threads, wait_for};
-pub use stability::{StabilityAt, StabilityMode, StudyError, growth_causes, stability};
+pub use stability::{StabilityAt, StudyError, growth_causes, stability};

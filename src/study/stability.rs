@@ -1,6 +1,6 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
-use crate::joint::{AssemblyError, BallJoint, ExplainedMode, LinearMode, StabilityError};
+use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
 /// Why a study failed.
 #[derive(Debug, thiserror::Error)]
@@ -24,27 +24,14 @@ pub struct StabilityAt {
     /// Tilt of the load, rad.
     pub tilt: f64,
     /// The modes by ascending frequency.
-    pub modes: Vec<StabilityMode>,
+    pub modes: Vec<NamedMode>,
 }
 
 impl StabilityAt {
     /// The unstable modes.
-    pub fn unstable(&self) -> impl Iterator<Item = &StabilityMode> {
+    pub fn unstable(&self) -> impl Iterator<Item = &NamedMode> {
         self.modes.iter().filter(|mode| mode.unstable)
     }
-}
-
-/// One mode of the linearised joint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StabilityMode {
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// Growth rate, 1/s; positive means that steady sliding is unstable.
-    pub growth: f64,
-    /// Which mode of the body it is, such as `2nd bending`.
-    pub label: String,
-    /// Whether it grows.
-    pub unstable: bool,
 }
 
 /// Complex eigenvalues of a joint at each of some tilts (rad).
@@ -52,6 +39,7 @@ pub struct StabilityMode {
 /// # Errors
 /// If the joint cannot be assembled at a tilt, or its eigenvalues not be found.
 pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
+    let families = ball.family_labels();
     tilts
         .iter()
         .map(|&tilt| {
@@ -62,7 +50,7 @@ pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, St
                     tilt_deg: tilt.to_degrees(),
                     source,
                 })?;
-            let modes = modes.iter().map(|mode| describe(ball, mode)).collect();
+            let modes = modes.iter().map(|mode| mode.named(&families)).collect();
             Ok(StabilityAt { tilt, modes })
         })
         .collect()
@@ -85,27 +73,4 @@ pub fn growth_causes(
         })
     });
     explained.collect()
-}
-
-fn describe(ball: &BallJoint, mode: &LinearMode) -> StabilityMode {
-    let labels = ball.family_labels();
-    // The two members of a bending pair may mix in any proportion: their shares count together.
-    let share = |label: &str| -> f64 {
-        let of_family = labels
-            .iter()
-            .zip(&mode.shares)
-            .filter(|(of, _)| *of == label);
-        of_family.map(|(_, share)| share).sum()
-    };
-    let label = labels
-        .iter()
-        .max_by(|a, b| share(a).total_cmp(&share(b)))
-        .cloned()
-        .unwrap_or_default();
-    StabilityMode {
-        frequency_hz: mode.frequency_hz,
-        growth: mode.growth,
-        label,
-        unstable: mode.unstable(),
-    }
 }

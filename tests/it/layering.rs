@@ -21,12 +21,13 @@ const EDGES: &[(&str, &[&str])] = &[
         "pipeline",
         &["fem", "joint", "systems", "dynamics", "analysis", "scene"],
     ),
+    ("text", &["dynamics", "scene", "pipeline"]),
     ("export", &["joint", "pipeline", "numpy"]),
     ("import", &["memory", "numpy"]),
     (
         "record",
         &[
-            "analysis", "dynamics", "pipeline", "scene", "export", "foreign", "import",
+            "analysis", "dynamics", "pipeline", "scene", "text", "export", "foreign", "import",
         ],
     ),
     (
@@ -43,7 +44,9 @@ const EDGES: &[(&str, &[&str])] = &[
     ("sound", &["pipeline", "export"]),
     (
         "live",
-        &["joint", "scene", "pipeline", "record", "sound", "study"],
+        &[
+            "joint", "scene", "pipeline", "text", "record", "sound", "study",
+        ],
     ),
     (
         "cli",
@@ -151,6 +154,7 @@ fn foreign_things_stay_in_their_room() {
         ("rustfft::", "analysis"),
         // The program makes the pool before any work: it may be refused.
         ("rayon::", "analysis cli"),
+        ("minijinja::", "text"),
         ("npyz::", "numpy"),
         ("axum::", "live"),
         ("tokio::", "live"),

@@ -3,15 +3,18 @@
 use std::sync::Arc;
 
 use squeakscope::pipeline::message::{
-    Computed, Course, Header, NodeState, Parting, PatchSnapshot, Peak, Record, Way,
+    Computed, Course, Header, NodeState, Parting, PatchSnapshot, Record, SpectralLine, Way,
 };
 use squeakscope::pipeline::{Monitor, run};
 use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
+use squeakscope::text::LessonText;
 
 /// All that a run says.
 struct Run {
     header: Arc<Header>,
     records: Vec<Record>,
+    /// Its lessons in words, each with its time, s.
+    lessons: Vec<(f64, String)>,
 }
 
 impl Run {
@@ -21,8 +24,14 @@ impl Run {
         let Some(Record::Header(header)) = records.first() else {
             panic!("the header comes first");
         };
+        let mut text = LessonText::default();
+        let lessons = records.iter().filter_map(|record| match record {
+            Record::Lesson(lesson) => Some((lesson.time, text.next(lesson)?.to_owned())),
+            _ => None,
+        });
         Self {
             header: Arc::clone(header),
+            lessons: lessons.collect(),
             records,
         }
     }
@@ -41,15 +50,12 @@ impl Run {
     }
 
     fn lessons(&self) -> Vec<(f64, &str)> {
-        let lessons = self.records.iter().filter_map(|record| match record {
-            Record::Lesson { time, text } => Some((*time, text.as_str())),
-            _ => None,
-        });
-        lessons.collect()
+        let lessons = self.lessons.iter();
+        lessons.map(|(time, text)| (*time, text.as_str())).collect()
     }
 
     fn last_lesson(&self) -> &str {
-        self.lessons().last().expect("a lesson").1
+        &self.lessons.last().expect("a lesson").1
     }
 
     /// The words that stand beside a name in the last lesson's tables.
@@ -99,7 +105,7 @@ impl Run {
         frames.flatten().collect()
     }
 
-    fn peaks(&self) -> &[Peak] {
+    fn peaks(&self) -> &[SpectralLine] {
         let peaks = self.records.iter().rev().find_map(|record| match record {
             Record::Spectrum { peaks, .. } => Some(peaks),
             _ => None,
@@ -207,7 +213,7 @@ fn a_falling_friction_feeds_at_the_computed_rate() {
     near(run.computed().fastest().expect("a mode"), expected, 1e-9);
     near(run.growth([0.01, 0.06]), expected, 0.01);
     near(
-        run.number("growth rate of the loudness, while small"),
+        run.number("growth rate of the velocity level, while small"),
         expected,
         0.01,
     );
@@ -215,7 +221,7 @@ fn a_falling_friction_feeds_at_the_computed_rate() {
     // It ends where the mass is as fast as the belt.
     let fastest = run.velocity().into_iter().fold(0.0, f64::max);
     near(fastest, 0.02, 0.05);
-    assert!(run.number("time that it sticks, of the last 25 ms") > 1.0);
+    assert!(run.number("share of time sticking, last 25 ms") > 1.0);
 
     // With more damping than friction feeds, the kick dies away.
     let damped = Run::with(
@@ -252,12 +258,12 @@ fn two_modes_flutter_above_the_critical_coefficient_and_not_below() {
         assert!(rate > 20.0);
         // What does not grow has died away by then, and the contact is still closed.
         near(above.growth([3.0 / rate, 5.0 / rate]), rate, 0.05);
-        let told = above.number("growth rate of the loudness, while small");
+        let told = above.number("growth rate of the velocity level, while small");
         near(told, rate, 0.1);
     }
     let run = at(0.4);
     near(run.tone(), run.computed().modes[0].frequency_hz, 0.01);
-    let open = run.number("time that it is lifted off, of the last 25 ms");
+    let open = run.number("share of time separated, last 25 ms");
     assert!((10.0..60.0).contains(&open), "{open}");
 }
 
@@ -277,7 +283,7 @@ fn nodes_stick_for_part_of_each_period() {
     assert!(stuck.contains(&0));
     let share = holds.iter().filter(|holds| **holds).count() as f64 / holds.len() as f64;
     assert!((0.2..0.8).contains(&share), "{share}");
-    let told = run.number("time in which half of them or more stick");
+    let told = run.number("share of time with at least half of the nodes sticking");
     assert!((told - 100.0 * share).abs() < 3.0, "{told} {share}");
     // The flat edge: while they hold, the contact point goes with the socket.
     let (velocity, rate) = (run.velocity(), run.header.sample_rate);
@@ -299,13 +305,9 @@ fn the_lesson_of_the_belt_has_the_share_of_the_closed_form() {
     );
     let (slip, stick) = (1.552, 1.996);
     let share = 100.0 * stick / (slip + stick);
-    let told = run.number("time that it sticks, of the last 25 ms");
+    let told = run.number("share of time sticking, last 25 ms");
     assert!((told - share).abs() < 4.0, "{told} {share}");
-    near(
-        run.number("it is torn off so often"),
-        1e3 / (slip + stick),
-        0.1,
-    );
+    near(run.number("releases"), 1e3 / (slip + stick), 0.1);
 }
 
 #[test]
@@ -319,7 +321,7 @@ fn the_contact_opens_and_strikes_again() {
     let mean = open.iter().sum::<usize>() as f64 / (open.len() * nodes) as f64;
     let all = open.iter().filter(|count| **count == nodes).count() as f64 / open.len() as f64;
     assert!(mean > 0.1 && all > 0.05, "{mean} {all}");
-    let told = run.number("nodes that are open, on average over the last 25 ms");
+    let told = run.number("nodes separated, mean over the last 25 ms");
     assert!((told - 100.0 * mean).abs() < 2.0, "{told} {mean}");
     // Open, nothing presses; striking, it presses harder than the load.
     for (snapshot, open) in last.iter().zip(&open) {
@@ -331,8 +333,8 @@ fn the_contact_opens_and_strikes_again() {
         .map(|s| s.normal_force.iter().sum())
         .fold(0.0, f64::max);
     assert!(strongest > 300.0, "{strongest}");
-    near(run.number("each node lifts off so often"), run.tone(), 0.1);
-    assert!(run.last_lesson().contains("leaves the socket altogether"));
+    near(run.number("separations per node"), run.tone(), 0.1);
+    assert!(run.last_lesson().contains("leaves the socket completely"));
 }
 
 #[test]
@@ -354,13 +356,13 @@ fn the_printed_parameters_are_silent_and_exchanged_they_squeal() {
     };
     assert!(loudest(&printed) < 1e-3 * speed);
     assert!(printed.last_lesson().contains("**not grow**"));
-    assert_eq!(printed.told("heard, the strongest line"), "nothing");
+    assert_eq!(printed.told("strongest line"), "none");
 
     assert!(loudest(&exchanged) > 0.5 * speed);
     assert!(exchanged.last_lesson().contains("grown into a **squeal**"));
     // Four modes grow at once: the sum grows about as fast as they do.
     let rates: Vec<f64> = other.unstable().iter().map(|mode| mode.growth).collect();
-    let measured = exchanged.number("growth rate of the loudness, while small");
+    let measured = exchanged.number("growth rate of the velocity level, while small");
     let [fastest, .., slowest] = rates[..] else {
         panic!("four modes");
     };
@@ -380,8 +382,11 @@ fn the_kick_decides_which_mode_wins() {
     near(other.tone(), 4113.0, 0.01);
     assert!(run.last_lesson().contains("**4th bending** has won"));
     assert!(other.last_lesson().contains("**2nd bending** has won"));
-    assert!(run.told("kick of this run").contains("seed 6"));
-    assert_eq!(run.told("most energy over the last 25 ms"), "4th bending");
+    assert!(run.told("initial kick").contains("seed 6"));
+    assert_eq!(
+        run.told("mode with the most energy, last 25 ms"),
+        "4th bending"
+    );
     assert_eq!(run.computed().unstable().len(), 4);
 }
 
@@ -437,7 +442,7 @@ fn two_tones_beat_at_their_difference() {
     };
     let difference = (line("f1") - line("f2")).abs();
     near(difference, 240.0, 0.05);
-    near(run.number("their difference"), difference, 0.01);
+    near(run.number("difference frequency"), difference, 0.01);
     near(line("f1 + f2"), line("f1") + line("f2"), 1e-3);
     assert!(run.last_lesson().contains("times a second"));
     // A pure tone has no second one to tell of.
@@ -464,7 +469,7 @@ fn two_copies_part() {
     assert!(last.distance > 100.0 * first.distance);
     let line = last.line.expect("a line");
     assert!(line.grows(), "{line:?}");
-    let told = run.told("it doubles every");
+    let told = run.told("doubling time");
     let doubling: f64 = told
         .split(' ')
         .next()
@@ -485,7 +490,7 @@ fn what_is_heard_is_not_what_was_computed_to_grow_fastest() {
     assert!(run.last_lesson().contains("they disagree"));
     // As long as it is tiny the linear theory holds.
     let rates: Vec<f64> = computed.unstable().iter().map(|mode| mode.growth).collect();
-    let measured = run.number("growth rate of the loudness, while small");
+    let measured = run.number("growth rate of the velocity level, while small");
     assert!(
         (0.9 * rates[3]..1.1 * rates[0]).contains(&measured),
         "{measured} {rates:?}"

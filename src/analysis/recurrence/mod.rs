@@ -15,7 +15,7 @@ mod window;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
-pub use plot::{RecurrencePicture, RecurrencePlot};
+pub use plot::{RecurrenceImage, RecurrencePicture, RecurrencePlot};
 pub use quantify::quantify;
 pub use threshold::{RecurrenceRule, Threshold, find_threshold};
 pub use window::RecurrenceWindow;

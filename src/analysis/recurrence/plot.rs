@@ -51,6 +51,28 @@ pub struct RecurrencePicture {
     pub rate: f64,
 }
 
+/// A recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal, to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecurrenceImage {
+    /// Length of the window, s.
+    pub window: f64,
+    /// Points along a side.
+    pub size: usize,
+    /// Distance between the two states, 0 (same) to 255 (the largest of the window):
+    /// `distance[i * size + j]`, oldest first.
+    pub distance: Vec<u8>,
+    /// 255 where recurrent, else 0; in the same order.
+    pub recurrent: Vec<u8>,
+    /// Threshold distance used, in the signal's unit; `None` if each state had its own.
+    pub threshold: Option<f64>,
+    /// Recurrence rate reached, 0 to 1.
+    pub rate: f64,
+    /// Delay, s.
+    pub lag: f64,
+    /// Embedding dimension.
+    pub dimension: usize,
+}
+
 /// Euclidean norm, a Theiler window of 1: all pairs but the line of identity count.
 impl Default for RecurrencePlot {
     fn default() -> Self {

@@ -23,6 +23,8 @@
 //! and of the many pairs of bases that span the same lines, strong ones that keep the orders low
 //! win.
 
+use serde::Serialize;
+
 use super::{Bases, Combination, Line};
 
 /// Standard uncertainty of a line's frequency in bins, for naming lines of a motion that need not
@@ -51,6 +53,17 @@ const SIGNIFICANCE: f64 = 0.05;
 /// not explain it is not believed.
 const STRONG: f64 = 0.1;
 
+/// A spectral line with its name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpectralLine {
+    /// Frequency refined below a bin, Hz.
+    pub frequency: f64,
+    /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
+    pub amplitude: f64,
+    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty where nothing fits.
+    pub label: String,
+}
+
 /// How a list of lines reads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Naming {
@@ -77,6 +90,17 @@ impl Naming {
     /// that of the combination, Hz. `None` where nothing fits.
     pub fn misfit(&self, i: usize, line: Line) -> Option<f64> {
         self.names[i].map(|name| line.frequency - self.bases.frequency(name))
+    }
+
+    /// The lines that were named, with their names.
+    pub fn label(&self, lines: &[Line]) -> Vec<SpectralLine> {
+        let named = lines.iter().zip(&self.names);
+        let labelled = named.map(|(line, name)| SpectralLine {
+            frequency: line.frequency,
+            amplitude: line.amplitude,
+            label: name.map_or_else(String::new, |name| name.to_string()),
+        });
+        labelled.collect()
     }
 
     /// How many lines have a name.

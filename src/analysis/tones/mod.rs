@@ -6,7 +6,7 @@ mod spectrum;
 mod stft;
 mod window;
 
-pub use lines::{FREQUENCY_UNCERTAINTY, Naming, name_lines};
+pub use lines::{FREQUENCY_UNCERTAINTY, Naming, SpectralLine, name_lines};
 pub use names::{Bases, Combination};
 pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
 pub use stft::{Column, Stft};

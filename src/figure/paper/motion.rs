@@ -187,7 +187,7 @@ fn spectrum(response: &Response, portrait: &Portrait) -> Panel {
             continue;
         }
         words.push(place);
-        let name = match tone.name.as_str() {
+        let name = match tone.label.as_str() {
             "" => String::new(),
             name => format!(" = {name}"),
         };

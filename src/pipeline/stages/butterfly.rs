@@ -6,10 +6,10 @@
 //!
 //! [`TwinSamples::floor`]: crate::pipeline::message::TwinSamples::floor
 
-use super::line::Line;
-use super::{Context, Emit, Stage, samples, words};
-use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Frame, Parting, PartingLine, Record, Summary};
+use super::stage::{Context, Emit, Stage, samples};
+use crate::analysis::LineFit;
+use crate::pipeline::error::AnalyseError;
+use crate::pipeline::message::{Frame, Observation, Parting, PartingLine, Record, Summary};
 use crate::scene::ButterflySpec;
 
 /// Distance, relative to the motion's size, from which on it no longer grows as it did: the straight
@@ -28,7 +28,7 @@ pub struct ButterflyStage {
     /// Time of the first sample of the second copy, s.
     start: Option<f64>,
     saturated: Option<f64>,
-    line: Line,
+    line: LineFit,
     last: Option<Parting>,
 }
 
@@ -42,7 +42,7 @@ impl ButterflyStage {
             count: 0,
             start: None,
             saturated: None,
-            line: Line::default(),
+            line: LineFit::default(),
             last: None,
         }
     }
@@ -101,8 +101,13 @@ impl Stage for ButterflyStage {
             let parting = self.conclude(start, time, twin.floor);
             emit(Record::Parting(parting))?;
             if before.is_none() && parting.saturated.is_some() {
-                let text = words::parted(&self.spec, &parting);
-                emit(Record::Narration { time, text })?;
+                let line = parting.line.filter(PartingLine::grows);
+                let observation = Observation::Separated {
+                    initial_distance: self.spec.distance,
+                    after: parting.saturated.unwrap_or(parting.time) - parting.start,
+                    e_fold_time: line.map(|line| 1.0 / line.rate),
+                };
+                emit(Record::Narration { time, observation })?;
             }
         }
         Ok(())
@@ -184,7 +189,7 @@ mod tests {
             "{after}"
         );
         let said = records.iter().filter_map(|record| match record {
-            Record::Narration { text, .. } => Some(text),
+            Record::Narration { observation, .. } => Some(observation),
             _ => None,
         });
         assert_eq!(said.count(), 1);

@@ -1,13 +1,13 @@
 //! A warning where events follow one another too fast to stop at each.
 
-use super::{Context, Emit, Stage};
-use crate::pipeline::AnalyseError;
+use super::stage::{Context, Emit, Stage};
+use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
 /// Emits [`Record::Warning`] once, when a step has run over its events.
 #[derive(Default)]
 pub struct ChatterStage {
-    told: bool,
+    reported: bool,
 }
 
 impl Stage for ChatterStage {
@@ -17,10 +17,10 @@ impl Stage for ChatterStage {
         _context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
-        if self.told || frame.tally.overrun == 0 {
+        if self.reported || frame.tally.overrun == 0 {
             return Ok(());
         }
-        self.told = true;
+        self.reported = true;
         emit(Record::Warning {
             time: frame.t0,
             text: format!(
@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn chatter_is_told_once() {
         let mut stage = ChatterStage::default();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for (overrun, t0) in [(0, 0.0), (2, 1e-3), (7, 2e-3)] {
             let mut frame = Frame {
                 t0,
@@ -48,15 +48,15 @@ mod tests {
             };
             frame.tally.overrun = overrun;
             let mut emit = |record| {
-                told.push(record);
+                reported.push(record);
                 Ok(())
             };
             stage
                 .push(&frame, &mut Context::new(1e5), &mut emit)
                 .unwrap();
         }
-        let [Record::Warning { time, text }] = &told[..] else {
-            panic!("{told:?}")
+        let [Record::Warning { time, text }] = &reported[..] else {
+            panic!("{reported:?}")
         };
         assert_eq!(*time, 1e-3);
         assert!(text.contains("from 1.000 ms on: some steps run"), "{text}");

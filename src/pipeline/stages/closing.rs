@@ -1,8 +1,10 @@
-//! What the run came to, from its last window.
+//! The results of the run, from its last window.
 
-use super::{LINE_WINDOW, Reading, half_range, peak_magnitude, samples};
+use super::reading::{LINE_WINDOW, Reading, half_range, peak_magnitude};
+use super::stage::{Context, Emit, Stage, samples};
 use crate::analysis::{History, SpectrumAnalyser};
 use crate::dynamics::Tally;
+use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Summary};
 use crate::scene::SpectrumSpec;
 
@@ -21,38 +23,38 @@ pub struct ClosingStage {
 impl ClosingStage {
     /// With the spectrum's window, if there is one, of samples at `rate` (Hz).
     pub fn new(spectrum: Option<&SpectrumSpec>, rate: f64) -> Self {
-        let length = samples(
-            spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window),
-            rate,
-            SpectrumAnalyser::FEWEST_SAMPLES,
-        );
+        let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
         Self {
-            last: History::new(length),
+            last: History::new(samples(window, rate, SpectrumAnalyser::FEWEST_SAMPLES)),
             rate,
             tally: Tally::default(),
             transitions: 0,
         }
     }
+}
 
-    /// Takes the next frame.
-    pub fn push(&mut self, frame: &Frame) {
+impl Stage for ClosingStage {
+    fn push(
+        &mut self,
+        frame: &Frame,
+        _context: &mut Context,
+        _emit: &mut Emit<'_>,
+    ) -> Result<(), AnalyseError> {
         self.last.push([&frame.velocity, &frame.displacement]);
         self.tally = frame.tally;
         self.transitions += frame.transitions;
+        Ok(())
     }
 
-    /// The lines, amplitude, peak velocity, tally and transitions; the rest is default. A run too
-    /// short for a spectrum has no lines.
-    pub fn summary(&self) -> Summary {
+    /// The lines, amplitude, peak velocity, tally and transitions. A run too short for a spectrum has no
+    /// lines.
+    fn summarise(&self, summary: &mut Summary) {
         let [velocity, displacement] = self.last.view().channels;
         let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
-        Summary {
-            peaks: spectrum.map_or_else(|_| Vec::new(), |s| Reading::of(&s).peaks()),
-            amplitude: half_range(displacement),
-            peak_velocity: peak_magnitude(velocity),
-            tally: self.tally,
-            transitions: self.transitions,
-            ..Summary::default()
-        }
+        summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| Reading::of(&s).peaks());
+        summary.amplitude = half_range(displacement);
+        summary.peak_velocity = peak_magnitude(velocity);
+        summary.tally = self.tally;
+        summary.transitions = self.transitions;
     }
 }

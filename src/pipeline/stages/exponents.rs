@@ -1,12 +1,12 @@
-//! Lyapunov exponents of the simulated motion, and what they say in the end.
+//! Lyapunov exponents of the simulated motion, and the attractor they show in the end.
 
 use std::sync::Arc;
 
-use super::{Context, Emit, Stage, words};
-use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Exponents, Frame, Record, Summary};
+use super::stage::{Context, Emit, Stage};
+use crate::pipeline::error::AnalyseError;
+use crate::pipeline::message::{Exponents, Frame, Observation, Record, Summary};
 
-/// Emits [`Record::Exponents`], and at the end of the run [`Record::Narration`] of their verdict.
+/// Emits [`Record::Exponents`], and [`Record::Narration`] of the attractor at the end of the run.
 #[derive(Default)]
 pub struct ExponentsStage {
     last: Option<Arc<Exponents>>,
@@ -28,14 +28,14 @@ impl Stage for ExponentsStage {
     }
 
     fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
-        // What cannot be told yet is not told.
-        let told = |last: &&Arc<Exponents>| last.attractor().is_decided();
-        let Some(last) = self.last.as_ref().filter(told) else {
+        // An attractor that is not known yet is not reported.
+        let last = self.last.as_ref();
+        let Some(last) = last.filter(|last| last.attractor().is_decided()) else {
             return Ok(());
         };
         emit(Record::Narration {
-            time: context.newest(context.clock.seen),
-            text: words::exponents(last),
+            time: context.newest(context.clock.seen()),
+            observation: Observation::Exponents(Arc::clone(last)),
         })
     }
 

@@ -1,89 +1,56 @@
-//! The words on what is being seen, as samples arrive.
+//! What the run shows now, as samples arrive.
 
-use super::narrator::{Circumstances, Heard, Narrator};
-use super::{Context, Emit, Stage, samples};
+use std::borrow::Cow;
+
+use super::narrator::{Heard, Narrator};
+use super::stage::{Stage, samples};
+use super::windowed::{Channels, Windowed};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
-use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Frame, JointInfo, Record};
+use crate::pipeline::message::{Circumstances, Frame, JointInfo, Observation, Record};
 
-/// Emits [`Record::Narration`] when there is something new to say.
+/// Emits [`Record::Narration`] when the samples of `joint` at `rate` (Hz) show something new; looks `every`
+/// so many seconds.
 ///
-/// The narrator listens through a window of its own, [`Narrator::MEMORY`] long, whatever the
-/// window of the spectrum that is shown.
-pub struct NarrationStage {
-    /// Velocity and displacement, side by side.
-    sliding: SlidingWindow<2>,
-    narrator: Narrator,
-    joint: Varying,
-}
-
-/// What is told of a joint besides its tilt, where it varies.
-struct Varying {
-    load: bool,
-    rotation: bool,
-    /// Slip speed in steady sliding where the factor on the rotation is 1, m/s.
-    sliding_speed: f64,
-}
-
-impl Varying {
-    fn now(&self, frame: &Frame) -> Circumstances {
+/// The narrator has a window of its own, [`Narrator::MEMORY`] long, whatever the window of the spectrum
+/// that is shown.
+pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<> {
+    let count = |seconds| samples(seconds, rate, SpectrumAnalyser::FEWEST_SAMPLES);
+    let sliding = SlidingWindow::new(count(Narrator::MEMORY), every * rate)
+        .starting_with(count(Narrator::FIRST));
+    let mut narrator = Narrator::new(rate);
+    let (load_varies, rotation_varies) = (joint.load_varies(), joint.rotation_varies());
+    let sliding_speed = joint.sliding_speed;
+    let now = move |frame: &Frame| {
+        let rotation_factor = rotation_varies.then_some(frame.rotation_factor);
         Circumstances {
             tilt: frame.tilt,
-            load: self.load.then_some(frame.load),
-            rotation_factor: self.rotation.then_some(frame.rotation_factor),
-            sliding_speed: match self.rotation {
-                true => self.sliding_speed * frame.rotation_factor,
-                false => self.sliding_speed,
-            },
+            load: load_varies.then_some(frame.load),
+            rotation_factor,
+            sliding_speed: sliding_speed * rotation_factor.unwrap_or(1.0),
         }
-    }
-}
-
-impl NarrationStage {
-    /// Listens `every` so many seconds to samples of `joint` at `rate` (Hz).
-    pub fn new(every: f64, rate: f64, joint: &JointInfo) -> Self {
-        let count = |seconds| samples(seconds, rate, SpectrumAnalyser::FEWEST_SAMPLES);
-        Self {
-            sliding: SlidingWindow::new(count(Narrator::MEMORY), every * rate)
-                .starting_with(count(Narrator::FIRST)),
-            narrator: Narrator::new(rate),
-            joint: Varying {
-                load: joint.load_varies(),
-                rotation: joint.rotation_varies(),
-                sliding_speed: joint.sliding_speed,
-            },
-        }
-    }
-}
-
-impl Stage for NarrationStage {
-    fn push(
-        &mut self,
-        frame: &Frame,
-        context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
-        let Self {
-            sliding,
-            narrator,
-            joint,
-        } = self;
-        sliding.space_out(frame.apart());
-        sliding.push([&frame.velocity, &frame.displacement], |view| {
-            let [velocity, displacement] = view.channels;
-            let time = context.time(view.seen as f64 - 1.0);
-            let said = narrator.listen(&Heard {
+    };
+    Windowed::new(
+        sliding,
+        velocity_and_displacement,
+        move |window, _, emit| {
+            let [velocity, displacement] = window.channels;
+            let time = window.time;
+            let seen = narrator.listen(&Heard {
                 time,
-                now: joint.now(frame),
+                now: now(window.frame),
                 velocity,
                 displacement,
             })?;
-            match said {
-                Some(text) => emit(Record::Narration { time, text }),
+            match seen.map(|vibration| Observation::Vibration(Box::new(vibration))) {
+                Some(observation) => emit(Record::Narration { time, observation }),
                 None => Ok(()),
             }
-        })
-    }
+        },
+    )
+}
+
+fn velocity_and_displacement(frame: &Frame) -> Channels<'_, 2> {
+    [&frame.velocity, &frame.displacement].map(|signal| Cow::Borrowed(&signal[..]))
 }
 
 #[cfg(test)]
@@ -100,7 +67,7 @@ mod tests {
         let mut headings: Vec<String> = records
             .iter()
             .filter_map(|record| match record {
-                Record::Narration { text, .. } => text.lines().next().map(str::to_owned),
+                Record::Narration { observation, .. } => Some(heading(observation)),
                 _ => None,
             })
             .collect();
@@ -108,12 +75,17 @@ mod tests {
         headings
     }
 
+    fn heading(observation: &Observation) -> String {
+        let text = crate::text::narration(observation);
+        text.lines().next().unwrap_or_default().to_owned()
+    }
+
     const GROWING: &str = "## A vibration is growing";
     const SETTLES: &str = "## The vibration settles";
     const TONE: &str = "## Looks like a pure tone";
     const TWO_TONES: &str = "## Looks like two tones";
-    const PARTED: &str = "## The butterfly has beaten its wings";
-    const CHAOS: &str = "## By its exponents: chaos";
+    const PARTED: &str = "## The perturbed trajectory has separated";
+    const CHAOS: &str = "## Lyapunov exponents: chaos";
     const BROAD: &str = "## Lines over a broad floor: looks like chaos";
 
     #[test]

@@ -1,53 +1,31 @@
-//! The kind of motion, from the probe's displacement.
+//! The regime of the motion, from the probe's displacement.
 
 use std::sync::Arc;
 
-use super::{Context, Emit, Stage, sliding};
-use crate::analysis::{RegimeSearch, SlidingWindow, classify};
-use crate::pipeline::AnalyseError;
-use crate::pipeline::message::{Frame, Record};
+use super::stage::Stage;
+use super::windowed::{Windowed, displacement, sliding};
+use crate::analysis::{RegimeSearch, classify};
+use crate::pipeline::message::Record;
 use crate::scene::RegimeSpec;
 
-/// Emits [`Record::Regime`]. A window of which nothing can be said is passed over.
-pub struct RegimeStage {
-    sliding: SlidingWindow<1>,
-    search: RegimeSearch,
-}
-
-impl RegimeStage {
-    /// For samples at `rate` (Hz).
-    pub fn new(spec: &RegimeSpec, rate: f64) -> Self {
-        Self {
-            sliding: sliding(&spec.sliding, rate),
-            search: RegimeSearch {
-                sample_rate: rate,
-                silence: spec.silence,
-            },
-        }
-    }
-}
-
-impl Stage for RegimeStage {
-    fn push(
-        &mut self,
-        frame: &Frame,
-        context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
-        let Self { sliding, search } = self;
-        sliding.space_out(frame.apart());
-        sliding.push([&frame.displacement], |view| {
-            let [displacement] = view.channels;
-            let Ok(verdict) = classify(displacement, search) else {
-                return Ok(());
-            };
-            emit(Record::Regime {
-                time: context.newest(view.seen),
-                window: displacement.len() as f64 / search.sample_rate,
-                verdict: Arc::new(verdict),
-            })
+/// Emits [`Record::Regime`] of samples at `rate` (Hz). A window that cannot be classified is skipped.
+pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
+    let search = RegimeSearch {
+        sample_rate: rate,
+        silence: spec.silence,
+    };
+    let sliding = sliding(&spec.sliding, rate);
+    Windowed::new(sliding, displacement, move |window, _, emit| {
+        let [signal] = window.channels;
+        let Ok(verdict) = classify(signal, &search) else {
+            return Ok(());
+        };
+        emit(Record::Regime {
+            time: window.time,
+            window: signal.len() as f64 / rate,
+            verdict: Arc::new(verdict),
         })
-    }
+    })
 }
 
 #[cfg(test)]

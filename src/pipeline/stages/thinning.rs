@@ -5,31 +5,20 @@ pub struct EveryStep {
     step: usize,
     /// Samples to be left out before the next one.
     skip: usize,
-    kept: Vec<f64>,
 }
 
 impl EveryStep {
     /// Every `step`-th, at least 1.
     pub fn new(step: usize) -> Self {
-        Self {
-            step,
-            skip: 0,
-            kept: Vec::new(),
-        }
-    }
-
-    /// The step, samples.
-    pub fn step(&self) -> usize {
-        self.step
+        Self { step, skip: 0 }
     }
 
     /// Those of the next samples.
-    pub fn of(&mut self, samples: &[f64]) -> &[f64] {
-        self.kept.clear();
+    pub fn of(&mut self, samples: &[f64]) -> Vec<f64> {
         let rest = samples.iter().skip(self.skip);
-        self.kept.extend(rest.step_by(self.step));
-        self.skip = self.skip + self.kept.len() * self.step - samples.len();
-        &self.kept
+        let kept: Vec<f64> = rest.step_by(self.step).copied().collect();
+        self.skip = self.skip + kept.len() * self.step - samples.len();
+        kept
     }
 }
 
@@ -45,7 +34,7 @@ mod tests {
             let mut every_step = EveryStep::new(7);
             let mut kept = Vec::new();
             for piece in stream.chunks(piece) {
-                kept.extend_from_slice(every_step.of(piece));
+                kept.extend(every_step.of(piece));
             }
             assert_eq!(kept, expected, "pieces of {piece}");
         }

@@ -39,7 +39,7 @@ impl Layout {
             return None;
         }
         let traces = self.series_of(
-            "Displacement u of both copies, µm (last 5 ms)",
+            "Displacement u of both trajectories, µm (last 5 ms)",
             &[paths::DISPLACEMENT, paths::BUTTERFLY_DISPLACEMENT],
             Some(COMPARED),
         );
@@ -52,14 +52,14 @@ impl Layout {
             Corner2D::RightBottom,
         );
         let portraits = self.picture(
-            "Phase portraits of both copies, the last 4 ms",
+            "Phase portraits of both trajectories, the last 4 ms",
             paths::BUTTERFLY_PORTRAIT,
             Butterfly::bounds(),
         );
-        let words = self.text("The butterfly", paths::BUTTERFLY_WORDS);
+        let words = self.text("Separation", paths::BUTTERFLY_WORDS);
         let left = Parts::new().add(1.0, traces).add(1.0, distance).column();
         let right = Parts::new().add(1.9, portraits).add(1.0, words).column();
         let screen = Parts::new().add(1.5, left).add(1.0, right);
-        tab("Butterfly", screen.row())
+        tab("Perturbed trajectory", screen.row())
     }
 }

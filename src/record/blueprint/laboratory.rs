@@ -93,7 +93,7 @@ impl Layout {
         let [verdict, history] = self.regime(header);
         let chaos = header.has(AnalysisKind::Chaos).then(|| {
             let divergence = self.picture(
-                "How neighbours part",
+                "Divergence of nearby states",
                 paths::DIVERGENCE,
                 Chaos::divergence_bounds(),
             );
@@ -119,7 +119,7 @@ impl Layout {
             .add(0.42, pictures)
             .add(0.28, histories);
         let screen = Parts::new().add(0.3, verdict).add(0.7, right.column());
-        tab("Kind of motion", screen.row())
+        tab("Type of motion", screen.row())
     }
 
     /// The verdict in words, and its history.
@@ -127,10 +127,10 @@ impl Layout {
         if !header.has(AnalysisKind::Regime) {
             return [None, None];
         }
-        let verdict = self.text("Kind of motion", paths::REGIME_VERDICT);
+        let verdict = self.text("Type of motion", paths::REGIME_VERDICT);
         // The key goes below what is sure, where a run that is understood leaves room.
         let history = self.many_series(
-            "Kind of motion, by how sure (0 to 1)",
+            "Type of motion, by confidence (0 to 1)",
             &[paths::REGIME_CONFIDENCE],
             Corner2D::RightBottom,
         );

@@ -39,16 +39,17 @@ impl Layout {
         tab("Lesson", screen.row())
     }
 
-    /// How loud it is against the computed growth, and the computed curves.
+    /// The velocity level against the computed growth, and the computed curves.
     fn growth_proof(&mut self, header: &Header, computed: &Computed) -> Option<ContainerLike> {
         let level = self.many_series(
-            "How loud it is: log₁₀ of mm/s (blue); computed growth (orange)",
+            "Velocity level: log₁₀ of mm/s (blue); computed growth (orange)",
             &[paths::LESSON_LEVEL, paths::LESSON_FORETOLD],
             Corner2D::RightBottom,
         );
         let picture = computed.picture.as_ref().map(|picture| {
             let bounds = lesson::picture_bounds(picture);
-            self.picture(&picture.title, paths::LESSON_COMPUTED, bounds)
+            let title = lesson::picture_title(picture);
+            self.picture(title, paths::LESSON_COMPUTED, bounds)
         });
         let portrait = self.portrait();
         let top = Parts::new().add(1.0, picture).add(0.8, portrait).row();
@@ -153,12 +154,12 @@ impl Layout {
             Corner2D::RightBottom,
         );
         let portraits = self.picture(
-            "Phase portraits of both copies, the last 4 ms",
+            "Phase portraits of both trajectories, the last 4 ms",
             paths::BUTTERFLY_PORTRAIT,
             Butterfly::bounds(),
         );
         let traces = self.series_of(
-            "Displacement of both copies, µm (last 5 ms)",
+            "Displacement of both trajectories, µm (last 5 ms)",
             &[paths::DISPLACEMENT, paths::BUTTERFLY_DISPLACEMENT],
             Some(SERIES),
         );

@@ -30,7 +30,7 @@ impl Layout {
             paths::VELOCITY,
             Some(window),
         );
-        let name = format!("What it does: {}", small::key(info));
+        let name = format!("Status: {}", small::key(info));
         let status: ContainerLike = View::state_timeline(name).with_origin(paths::STATUS).into();
         self.window(&status, window);
 

@@ -6,11 +6,12 @@ mod laboratory;
 use std::{f64::consts::TAU, sync::Arc};
 
 use crate::{
+    analysis::RecurrenceImage,
     dynamics::ErrorEstimate,
     pipeline::message::{
-        AnalysisKind, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState, Outline,
-        PatchGeometry, PatchSnapshot, Peak, Record, SectionCoordinate, SignalInfo, Subject,
-        Summary, TwinSamples,
+        AnalysisKind, Appearance, Circumstances, EnergySample, Frame, Header, Health, JointInfo,
+        ModeInfo, NodeState, Observation, PatchGeometry, PatchSnapshot, Record, SectionCoordinate,
+        SignalInfo, SpectralLine, Subject, Summary, SurfaceMesh, TwinSamples, Vibration,
     },
     scene::RecordSpec,
 };
@@ -119,23 +120,14 @@ pub fn records(duration: f64) -> Vec<Record> {
             }));
         }
     }
-    for (share, text) in [
-        (
-            0.02,
-            "a pure tone grows out of steady sliding; the portrait is a widening loop.",
-        ),
-        (
-            0.36,
-            "a second tone has joined: the loop has become a band, a torus.",
-        ),
-        (
-            0.70,
-            "the tones wander: the spectrum has a broad floor, the portrait is a tangle.",
-        ),
+    for (share, appearance) in [
+        (0.02, Appearance::Growing),
+        (0.36, Appearance::TwoTones),
+        (0.70, Appearance::Broad),
     ] {
         let time = share * duration;
-        let text = text.to_owned();
-        records.push(Record::Narration { time, text });
+        let observation = Observation::Vibration(Box::new(vibration(appearance)));
+        records.push(Record::Narration { time, observation });
     }
     records.push(Record::Warning {
         time: 0.0,
@@ -146,6 +138,29 @@ pub fn records(duration: f64) -> Vec<Record> {
         ..Summary::default()
     })));
     records
+}
+
+/// A vibration that looks so.
+fn vibration(appearance: Appearance) -> Vibration {
+    Vibration {
+        appearance,
+        growth_rate: 100.0,
+        lines: Vec::new(),
+        f1: Some(4110.0),
+        f2: Some(3830.0),
+        beat: Some(280.0),
+        second_tone: 0.2,
+        floor_share: 0.01,
+        peak_speed: 0.02,
+        backward_speed: 0.02,
+        half_range: 1e-6,
+        now: Circumstances {
+            tilt: 0.05,
+            load: None,
+            rotation_factor: None,
+            sliding_speed: 0.016,
+        },
+    }
 }
 
 /// Number of samples in [`records`].
@@ -265,7 +280,7 @@ pub fn joint() -> JointInfo {
 }
 
 /// A sphere on a cylinder, turned from its profile, with sine-shaped modes.
-fn outline() -> Outline {
+fn outline() -> SurfaceMesh {
     const AROUND: u32 = 32;
     let meeting = -(BALL * BALL - BEAM * BEAM).sqrt();
     let end = meeting - 0.2;
@@ -276,9 +291,9 @@ fn outline() -> Outline {
         .collect();
     profile.extend((1..=30).map(|k| [BEAM, meeting - 0.2 * f64::from(k) / 30.0]));
 
-    let mut outline = Outline {
+    let mut outline = SurfaceMesh {
         vertices: vec![[0.0, 0.0, BALL]],
-        ..Outline::default()
+        ..SurfaceMesh::default()
     };
     for &[radius, z] in &profile {
         outline.vertices.extend((0..AROUND).map(|k| {
@@ -485,7 +500,7 @@ impl Signal {
         let count = 2000;
         let bin = SAMPLE_RATE / count as f64;
         let amplitude = self.amplitudes((now * SAMPLE_RATE) as usize, count, 150);
-        let peak = |frequency: f64, label: &str| Peak {
+        let peak = |frequency: f64, label: &str| SpectralLine {
             frequency,
             amplitude: amplitude[(frequency / bin).round() as usize],
             label: label.to_owned(),
@@ -554,8 +569,7 @@ impl Signal {
         let threshold = 0.1 * largest;
         let pixels =
             |value: &dyn Fn(f64) -> u8| pairs().map(|(a, b)| value(distance(a, b))).collect();
-        Record::Recurrence {
-            time: now,
+        let image = RecurrenceImage {
             window: (size * stride) as f64 / SAMPLE_RATE,
             size,
             distance: pixels(&|d| (255.0 * d / largest) as u8),
@@ -564,6 +578,10 @@ impl Signal {
             rate: 0.05,
             lag: 60e-6,
             dimension: 3,
+        };
+        Record::Recurrence {
+            time: now,
+            image: Arc::new(image),
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::{
         paths::{self, Root},
         plot::{Axes, Plot},
         portrait::{self, Field},
-        recurrence::{Picture, Recurrence},
+        recurrence::Recurrence,
         spectrum::{self, Spectrum},
         stream::{self, Moment, RecordingStream},
         style::{self, Quantity, Unit},
@@ -314,18 +314,7 @@ impl<'a> Draw<'a> {
             };
             return self.recurrence.clear(rec, at, words);
         };
-        let picture = Picture {
-            at,
-            window: plot.window,
-            size: plot.size,
-            distance: &plot.distance,
-            recurrent: &plot.recurrent,
-            threshold: plot.threshold,
-            rate: plot.rate,
-            lag: plot.lag,
-            dimension: plot.dimension,
-        };
-        self.recurrence.draw(rec, picture)
+        self.recurrence.draw(rec, at, plot)
     }
 
     fn exponents(

@@ -30,8 +30,8 @@ use draw::{Draw, Frame};
 pub(super) use ladder::Ladder;
 pub(super) use scope::{Scope, square};
 pub use view::{
-    BodyView, MotionView, ParameterView, PointView, RecurrenceView, ResponseView, ShapeView,
-    StartView, SweepView, UnstableMode,
+    BodyView, MotionView, ParameterView, PointView, ResponseView, ShapeView, StartView, SweepView,
+    UnstableMode,
 };
 pub(super) use words::title;
 

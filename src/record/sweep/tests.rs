@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::{
-    analysis::Regime,
+    analysis::{RecurrenceImage, Regime},
     dynamics::{Exponent, LyapunovSpectrum},
-    pipeline::message::Peak,
+    pipeline::message::SpectralLine,
     record::{portrait::Field, tests::read},
 };
 
@@ -33,7 +33,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             true => vec![[-amplitude, amplitude], [-0.9 * amplitude, amplitude]],
             false => Vec::new(),
         },
-        lines: vec![Peak {
+        lines: vec![SpectralLine {
             frequency: 4100.0,
             amplitude,
             label: "f1".to_owned(),
@@ -58,7 +58,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             bin: 5.0,
             spectrum: vec![1e-12; 4001],
         }),
-        recurrence: moves.then(|| RecurrenceView {
+        recurrence: moves.then(|| RecurrenceImage {
             window: 5e-3,
             size: 32,
             distance: vec![100; 1024],

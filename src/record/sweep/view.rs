@@ -1,9 +1,9 @@
 //! What a recording of a sweep is made of.
 
 use crate::{
-    analysis::{Measures, Regime},
+    analysis::{Measures, RecurrenceImage, Regime},
     dynamics::LyapunovSpectrum,
-    pipeline::message::{Outline, Peak},
+    pipeline::message::{SpectralLine, SurfaceMesh},
 };
 
 /// A sweep over one parameter, as far as it has come.
@@ -37,7 +37,7 @@ pub struct SweepView {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyView {
     /// The surface, whose vertices carry the mode shapes.
-    pub outline: Outline,
+    pub outline: SurfaceMesh,
     /// The modes to show.
     pub modes: Vec<ShapeView>,
 }
@@ -115,7 +115,7 @@ pub struct ResponseView {
     /// Passages through the Poincaré section, m: `y(t)` and `y(t + 2 tau)`.
     pub section: Vec<[f64; 2]>,
     /// Lines of the displacement's spectrum, the strongest first, m.
-    pub lines: Vec<Peak>,
+    pub lines: Vec<SpectralLine>,
     /// Lyapunov exponents; `None` if none were followed.
     pub exponents: Option<LyapunovSpectrum>,
     /// Recurrence measures; `None` where nothing moves.
@@ -125,7 +125,7 @@ pub struct ResponseView {
     /// A piece of the motion; `None` if none was kept.
     pub motion: Option<MotionView>,
     /// Its recurrence plot; `None` where there is none.
-    pub recurrence: Option<RecurrenceView>,
+    pub recurrence: Option<RecurrenceImage>,
 }
 
 /// A linear mode that grows.
@@ -152,25 +152,4 @@ pub struct MotionView {
     pub bin: f64,
     /// Amplitude spectrum of the displacement, m.
     pub spectrum: Vec<f32>,
-}
-
-/// A recurrence plot, Eq. (26).
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecurrenceView {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Points along a side.
-    pub size: usize,
-    /// Distance of each pair, 0 to 255, `size x size`, oldest first.
-    pub distance: Vec<u8>,
-    /// 255 where recurrent, else 0.
-    pub recurrent: Vec<u8>,
-    /// Threshold, m; `None` if each state had its own.
-    pub threshold: Option<f64>,
-    /// Recurrence rate, 0 to 1.
-    pub rate: f64,
-    /// Delay, s.
-    pub lag: f64,
-    /// Embedding dimension.
-    pub dimension: usize,
 }

@@ -1,14 +1,15 @@
 //! Claims against made-up findings.
 
 use super::*;
-use crate::analysis::Regime;
+use crate::analysis::{Regime, SpectralLine};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
-use crate::study::response::{NamedTone, Response};
-use crate::study::{StabilityAt, StabilityMode};
+use crate::joint::NamedMode;
+use crate::study::StabilityAt;
+use crate::study::response::Response;
 
 /// A response with lines (Hz), exponents (1/s, each well known) and a number of unstable modes.
 fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -> Response {
-    let mode = |k: usize| StabilityMode {
+    let mode = |k: usize| NamedMode {
         frequency_hz: 1000.0 * (k + 1) as f64,
         growth: if k < unstable { 700.0 } else { -10.0 },
         label: format!("mode {k}"),
@@ -24,10 +25,10 @@ fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -
         section: Vec::new(),
         lines: lines
             .iter()
-            .map(|&frequency| NamedTone {
+            .map(|&frequency| SpectralLine {
                 frequency,
                 amplitude: 1e-7,
-                name: String::new(),
+                label: String::new(),
             })
             .collect(),
         floor_share: 0.0,

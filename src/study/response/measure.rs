@@ -2,8 +2,8 @@
 
 use crate::analysis::{
     AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
-    RateBase, RecurrenceRule, Regime, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
-    delay_section, deviation, name_lines, quantify, range,
+    RateBase, RecurrenceRule, Regime, RegimeSearch, SpectralLine, SpectrumAnalyser, Threshold,
+    Window, classify, delay_section, deviation, name_lines, quantify, range,
 };
 use crate::scene::{Scene, SectionSurface, Setting};
 
@@ -35,17 +35,6 @@ const KEPT: f64 = 0.02;
 /// Highest frequency of the spectrum kept, Hz.
 const HIGHEST: f64 = 20e3;
 
-/// A spectral line and what it is called.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NamedTone {
-    /// Frequency, Hz.
-    pub frequency: f64,
-    /// Amplitude of the displacement, m.
-    pub amplitude: f64,
-    /// Its name, such as `f2 - 3 f1`; empty where none fits.
-    pub name: String,
-}
-
 /// Pieces of a settled motion to draw from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Portrait {
@@ -75,7 +64,7 @@ pub(super) struct Told {
     pub peak_velocity: f64,
     pub maxima: Vec<f64>,
     pub section: Vec<[f64; 2]>,
-    pub lines: Vec<NamedTone>,
+    pub lines: Vec<SpectralLine>,
     pub floor_share: f64,
     pub recurrence: Option<Measures>,
     pub recurrence_period: Option<f64>,
@@ -119,14 +108,6 @@ impl Samples {
             false => Vec::new(),
         };
         let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-        let named = lines
-            .iter()
-            .zip(&naming.names)
-            .map(|(line, name)| NamedTone {
-                frequency: line.frequency,
-                amplitude: line.amplitude,
-                name: name.map(|name| name.to_string()).unwrap_or_default(),
-            });
         let lag = ((section_lag(scene) * self.rate).round() as usize).max(1);
         let recurrence = match moves {
             true => self.recurrence(lag)?,
@@ -138,7 +119,7 @@ impl Samples {
             peak_velocity: speeds.fold(0.0, f64::max),
             maxima: if moves { maxima(u) } else { Vec::new() },
             section: if moves { section(u, lag)? } else { Vec::new() },
-            lines: named.collect(),
+            lines: naming.label(&lines),
             floor_share: spectrum.floor_share(),
             recurrence_period: recurrence.as_ref().and_then(|(_, period)| *period),
             recurrence: recurrence.map(|(measures, _)| measures),
@@ -272,7 +253,7 @@ mod tests {
             told.lines
         );
         assert!((told.lines[1].amplitude / 4e-7 - 1.0).abs() < 1e-3);
-        assert_eq!((&*told.lines[0].name, &*told.lines[1].name), ("f1", "f2"));
+        assert_eq!((&*told.lines[0].label, &*told.lines[1].label), ("f1", "f2"));
         assert_eq!(told.maxima.len(), MOST_POINTS);
         assert!((told.amplitude - 1.4e-6).abs() < 1e-8);
         let determinism = told.recurrence.unwrap().determinism.unwrap();

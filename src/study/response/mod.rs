@@ -13,7 +13,7 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{AnalysisError, Measures, Regime};
+use crate::analysis::{AnalysisError, Measures, Regime, SpectralLine};
 use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System, Tally};
 use crate::joint::BallJoint;
 use crate::pipeline::{PipelineError, Prepared, prepare_on};
@@ -22,8 +22,7 @@ use crate::scene::Scene;
 use super::pool::Heed;
 use super::{StabilityAt, StudyError, stability};
 use measure::Samples;
-pub use measure::{NamedTone, Portrait, section_lag};
-pub use recurrence::RecurrenceWindow;
+pub use measure::{Portrait, section_lag};
 use settle::Settling;
 
 /// How a response is taken.
@@ -88,7 +87,7 @@ pub struct Response {
     /// through zero, m.
     pub section: Vec<[f64; 2]>,
     /// Spectral lines, the strongest first.
-    pub lines: Vec<NamedTone>,
+    pub lines: Vec<SpectralLine>,
     /// Share of the power between the lines.
     pub floor_share: f64,
     /// The exponents; `None` if none were followed.

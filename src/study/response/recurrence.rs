@@ -1,7 +1,9 @@
 //! The recurrence plot of a settled motion.
 
 use super::measure::{DIMENSION, LAG, Portrait};
-use crate::analysis::{AnalysisError, DelayVectors, Norm, RecurrencePlot, Threshold};
+use crate::analysis::{
+    AnalysisError, DelayVectors, Norm, RecurrenceImage, RecurrencePlot, Threshold,
+};
 
 /// Length of the window, s; shorter if less of the motion was kept.
 const WINDOW: f64 = 5e-3;
@@ -17,38 +19,17 @@ const LEAST: usize = 16;
 /// and of faint motions can be compared.
 const RATE: f64 = 0.1;
 
-/// A recurrence plot, Eq. (26).
-///
-/// A point stands for a few neighbouring states: it is recurrent if any of their pairs is. Plots of
-/// single states that are a good part of a period apart show broad bands where the diagonals of a
-/// high tone fall between the points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecurrenceWindow {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Points along a side.
-    pub size: usize,
-    /// Least distance of the pairs of each point, 0 to 255, `size x size`, oldest first.
-    pub distance: Vec<u8>,
-    /// 255 where one of the pairs is recurrent, else 0.
-    pub recurrent: Vec<u8>,
-    /// Threshold, m; `None` if each state has its own.
-    pub threshold: Option<f64>,
-    /// Recurrence rate of the pairs, 0 to 1.
-    pub rate: f64,
-    /// Delay, s.
-    pub lag: f64,
-    /// Embedding dimension.
-    pub dimension: usize,
-}
-
 impl Portrait {
     /// The recurrence plot of the newest 5 ms, of delay vectors of dimension 5 a quarter of a period
     /// of 4.1 kHz apart. `None` where too little of the motion was kept.
     ///
+    /// A point stands for a few neighbouring states: it is recurrent if any of their pairs is. Plots of
+    /// single states that are a good part of a period apart show broad bands where the diagonals of a
+    /// high tone fall between the points.
+    ///
     /// # Errors
     /// When the samples are not finite numbers.
-    pub fn recurrence(&self) -> Result<Option<RecurrenceWindow>, AnalysisError> {
+    pub fn recurrence(&self) -> Result<Option<RecurrenceImage>, AnalysisError> {
         let lag = ((LAG / self.dt).round() as usize).max(1);
         let reach = DelayVectors::samples_for(0, lag, DIMENSION);
         let wanted = (WINDOW / self.dt).round() as usize;
@@ -70,7 +51,7 @@ impl Portrait {
             &picks.collect::<Vec<_>>(),
         );
         let found = plot.recurrences(Threshold::Rate(RATE))?;
-        Ok(Some(RecurrenceWindow {
+        Ok(Some(RecurrenceImage {
             window: (size * side * step) as f64 * self.dt,
             size,
             distance: pooled(&plot.distance_picture(), side, u8::min),

@@ -1,7 +1,7 @@
 //! One method after another, on one signal.
 
 use super::{
-    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrenceImage,
+    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrencePixels,
     RecurrenceReport, SignalReport, SignalSearch,
 };
 use crate::analysis::{
@@ -308,7 +308,7 @@ impl Plan {
         newest: &[f64],
         period: f64,
         nearness: Threshold,
-    ) -> Result<RecurrenceImage, AnalysisError> {
+    ) -> Result<RecurrencePixels, AnalysisError> {
         let vectors = DelayVectors::new(newest, self.lag * self.stride, self.dimension)?;
         let span = (PICTURE_PERIODS * period) as usize;
         let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
@@ -321,7 +321,7 @@ impl Plan {
         let ahead = newest.len() - vectors.len();
         let offset = signal.samples.len() - newest.len() + ahead;
         let time = |pick: usize| signal.time(offset + pick);
-        Ok(RecurrenceImage {
+        Ok(RecurrencePixels {
             size,
             span: [time(first), time(vectors.len() - 1)],
             distance: plot.distance_picture(),

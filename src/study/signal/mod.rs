@@ -84,7 +84,7 @@ pub struct RecurrenceReport {
     /// Measures of a window that slides along the signal.
     pub along: Vec<MeasuresAt>,
     /// A picture of the newest part.
-    pub picture: RecurrenceImage,
+    pub picture: RecurrencePixels,
 }
 
 /// Measures of one window.
@@ -98,7 +98,7 @@ pub struct MeasuresAt {
 
 /// A recurrence plot as pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RecurrenceImage {
+pub struct RecurrencePixels {
     /// Points along a side.
     pub size: usize,
     /// Time of the first and of the last state, s.

@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::{Measures, Regime};
+use crate::analysis::{Measures, Regime, SpectralLine};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
-use crate::study::response::{NamedTone, Portrait, Response};
-use crate::study::{StabilityAt, StabilityMode};
+use crate::joint::NamedMode;
+use crate::study::StabilityAt;
+use crate::study::response::{Portrait, Response};
 
 /// A row. Names carry units; what is not known is null, or an empty list.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -110,7 +111,7 @@ impl Row {
             section_y_2tau_m: found.section.iter().map(|p| p[1]).collect(),
             line_hz: found.lines.iter().map(|l| l.frequency).collect(),
             line_amplitude_m: found.lines.iter().map(|l| l.amplitude).collect(),
-            line_name: found.lines.iter().map(|l| l.name.clone()).collect(),
+            line_name: found.lines.iter().map(|l| l.label.clone()).collect(),
             exponent_per_s: exponents().map(|e| e.value).collect(),
             exponent_half_width_per_s: exponents().map(|e| e.half_width).collect(),
             exponent_resolution_per_s: spectrum.map(|s| s.resolution),
@@ -204,10 +205,10 @@ impl Row {
             maxima: self.maxima_m,
             section: section.map(|(a, b)| [a, b]).collect(),
             lines: lines
-                .map(|((frequency, amplitude), name)| NamedTone {
+                .map(|((frequency, amplitude), label)| SpectralLine {
                     frequency,
                     amplitude,
-                    name,
+                    label,
                 })
                 .collect(),
             floor_share: self.floor_share?,
@@ -245,14 +246,12 @@ impl Row {
             linear: self.tilt_rad.map(|tilt| StabilityAt {
                 tilt,
                 modes: modes
-                    .map(
-                        |(((frequency_hz, growth), label), unstable)| StabilityMode {
-                            frequency_hz,
-                            growth,
-                            label,
-                            unstable,
-                        },
-                    )
+                    .map(|(((frequency_hz, growth), label), unstable)| NamedMode {
+                        frequency_hz,
+                        growth,
+                        label,
+                        unstable,
+                    })
                     .collect(),
             }),
             regime,

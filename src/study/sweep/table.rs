@@ -422,7 +422,7 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         Some(line) => [
             line.frequency.to_string(),
             (1e6 * line.amplitude).to_string(),
-            line.name.clone(),
+            line.label.clone(),
         ],
         None => [const { String::new() }; 3],
     };

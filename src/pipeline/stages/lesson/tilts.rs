@@ -1,6 +1,6 @@
 //! What is heard at which tilt, on the way up and on the way down.
 
-use crate::pipeline::message::{TiltedTone, Way};
+use crate::pipeline::message::{TiltLoop, TiltedTone, ToneChange, Way};
 
 /// Two tones are the same where they differ by no more than this share.
 const SAME: f64 = 0.1;
@@ -17,18 +17,9 @@ pub struct Tilts {
     /// Another one that was heard once.
     pending: Option<TiltedTone>,
     /// The changes from one tone to another that lasts.
-    pub changes: Vec<Change>,
+    changes: Vec<ToneChange>,
     /// All that was heard since the tilt began to move.
-    pub heard: Vec<TiltedTone>,
-}
-
-/// A change of tone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Change {
-    /// The tone before, Hz.
-    pub from: f64,
-    /// The new tone, where it was first heard.
-    pub to: TiltedTone,
+    heard: Vec<TiltedTone>,
 }
 
 impl Tilts {
@@ -87,7 +78,7 @@ impl Tilts {
         }
         match self.pending.filter(|p| same(p.frequency, heard.frequency)) {
             Some(first) => {
-                self.changes.push(Change {
+                self.changes.push(ToneChange {
                     from: tone,
                     to: first,
                 });
@@ -99,14 +90,14 @@ impl Tilts {
     }
 
     /// The changes on one way.
-    pub fn on(&self, way: Way) -> impl Iterator<Item = &Change> {
+    fn on(&self, way: Way) -> impl Iterator<Item = &ToneChange> {
         self.changes
             .iter()
             .filter(move |change| change.to.way == way)
     }
 
     /// The smallest and the largest tilt (rad) that was passed on both ways with different tones.
-    pub fn differs(&self) -> Option<[f64; 2]> {
+    fn differs(&self) -> Option<[f64; 2]> {
         let up: Vec<_> = self.heard.iter().filter(|h| h.way == Way::Up).collect();
         let down = self.heard.iter().filter(|h| h.way == Way::Down);
         let differing = down.filter(|down| {
@@ -123,14 +114,29 @@ impl Tilts {
         })
     }
 
+    /// All of this for a lesson.
+    pub fn summary(&self) -> TiltLoop {
+        let [up, back] = self.last_loop();
+        let on = |way| self.on(way).copied().collect();
+        TiltLoop {
+            tilt: self.heard.last().map(|heard| heard.tilt),
+            has_come_down: self.has_come_down(),
+            up: on(Way::Up),
+            down: on(Way::Down),
+            differing: self.differs(),
+            last_up: up.map(|up| up.to.tilt),
+            back: back.map(|back| back.to.tilt),
+        }
+    }
+
     /// Whether it has come down, be it a little.
-    pub fn has_come_down(&self) -> bool {
+    fn has_come_down(&self) -> bool {
         self.heard.iter().any(|heard| heard.way == Way::Down)
     }
 
     /// The last change on the way up, and the change back on the way down after it, at a smaller tilt.
-    pub fn last_loop(&self) -> [Option<&Change>; 2] {
-        let is_up = |change: &Change| change.to.way == Way::Up;
+    fn last_loop(&self) -> [Option<&ToneChange>; 2] {
+        let is_up = |change: &ToneChange| change.to.way == Way::Up;
         let Some(last) = self.changes.iter().rposition(is_up) else {
             return [None; 2];
         };
@@ -172,7 +178,7 @@ mod tests {
         assert_eq!((up, down), (vec![8.0], vec![3.0]));
         assert_eq!(tilts.differs(), Some([4.0, 7.0]));
         assert!(tilts.has_come_down());
-        let tilts_of = |changes: [Option<&Change>; 2]| changes.map(|c| c.map(|c| c.to.tilt));
+        let tilts_of = |changes: [Option<&ToneChange>; 2]| changes.map(|c| c.map(|c| c.to.tilt));
         assert_eq!(tilts_of(tilts.last_loop()), [Some(8.0), Some(3.0)]);
     }
 

@@ -6,10 +6,10 @@ const MOST: usize = 128;
 /// Fewer points than these give no line.
 const FEWEST: usize = 8;
 
-/// Points evenly spaced along the abscissa. When all places are taken, neighbours are merged into
-/// their mean.
+/// A straight line fitted to points evenly spaced along the abscissa, as they come. When all places are
+/// taken, neighbours are merged into their mean.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Line {
+pub struct LineFit {
     points: Vec<[f64; 2]>,
     /// Sum of the points that are yet to be merged into one, and how many they are.
     filling: [f64; 2],
@@ -20,9 +20,9 @@ pub(super) struct Line {
     from: Option<f64>,
 }
 
-/// A line through points.
+/// A straight line through points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fit {
+pub struct Fit {
     /// By least squares.
     pub slope: f64,
     /// Half the width of the slope's 95 % interval.
@@ -33,7 +33,7 @@ pub(super) struct Fit {
     pub from: f64,
 }
 
-impl Line {
+impl LineFit {
     /// Forgets all points.
     pub fn clear(&mut self) {
         let mut points = std::mem::take(&mut self.points);
@@ -44,6 +44,7 @@ impl Line {
         };
     }
 
+    /// Takes the next point.
     pub fn push(&mut self, x: f64, y: f64) {
         self.from.get_or_insert(x);
         self.filling[0] += x;
@@ -69,8 +70,8 @@ impl Line {
         self.more = 2 * self.more + 1;
     }
 
-    /// The line, and how sure its slope is: by the scatter about the line, widened by what neighbours
-    /// go together. `None` for fewer than eight points.
+    /// The line, and the error of its slope: by the scatter about the line, widened by the correlation of
+    /// neighbours. `None` for fewer than eight points.
     pub fn fit(&self) -> Option<Fit> {
         let count = self.points.len() as f64;
         let from = self.from.filter(|_| self.points.len() >= FEWEST)?;
@@ -108,7 +109,7 @@ mod tests {
     #[test]
     fn a_line_is_found_however_many_its_points() {
         for count in [8, 100, 128, 129, 1000, 12_345] {
-            let mut line = Line::default();
+            let mut line = LineFit::default();
             for k in 0..count {
                 let x = 2.0 + 0.5 * f64::from(k);
                 assert_eq!(line.fit().is_some(), line.points.len() >= FEWEST);
@@ -127,7 +128,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let mut inside = 0;
         for _ in 0..1000 {
-            let mut line = Line::default();
+            let mut line = LineFit::default();
             let mut noise = 0.0;
             for k in 0..100 {
                 let random: f64 = StandardNormal.sample(&mut rng);

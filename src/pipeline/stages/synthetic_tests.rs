@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::analysis::test_signals::sines;
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::pipeline::message::{Frame, Header, JointInfo, Outline, SectionCoordinate, Subject};
+use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
@@ -210,7 +210,7 @@ pub fn header() -> Header {
             max_tilt: 0.0,
             reach: None,
             azimuth: 0.0,
-            outline: Outline::default(),
+            outline: SurfaceMesh::default(),
             rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
             rotation_span: [1.0; 2],
             load_span: [150.0; 2],

@@ -1,15 +1,4 @@
-//! The surface that is drawn and listened to.
-
-/// The body's surface as a triangle mesh whose vertices carry the mode shapes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outline {
-    /// Vertices at rest, from the ball's centre, m.
-    pub vertices: Vec<[f64; 3]>,
-    /// Triangles, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-    /// Mode shapes, `vertices x modes`, row-major, 1/sqrt(kg).
-    pub shapes: Vec<[f64; 3]>,
-}
+//! Normals of a triangle mesh.
 
 /// Unit normals of a triangle mesh at its vertices, outwards: the means of those of the triangles that meet
 /// there, by their areas; zero where none does.

@@ -1,0 +1,166 @@
+//! Words for what a run shows: Markdown from the templates under `assets/text`, filled from the numbers of
+//! an observation.
+//!
+//! The pipeline sends numbers ([`Observation`], [`Lesson`]); a sink that shows them turns them into words
+//! here.
+
+mod numbers;
+mod template;
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::{LN_2, LN_10};
+
+use minijinja::value::{Serde, Value};
+use minijinja::{Error, context};
+
+use crate::dynamics::{Motion, Sign};
+use crate::pipeline::message::{Exponents, FrictionReading, Header, Lesson, Observation, Subject};
+use numbers::with_error;
+use template::{fill, lesson_name};
+
+/// Level over the sliding speed below which nothing is audible.
+const SILENT: f64 = 1e-3;
+
+/// An observation in words: Markdown that starts with a heading `## ...`.
+pub fn narration(observation: &Observation) -> String {
+    or_fault(fill_narration(observation))
+}
+
+/// A lesson in words: Markdown that starts with a heading `## ...`.
+pub fn lesson(lesson: &Lesson) -> String {
+    or_fault(fill_lesson(lesson))
+}
+
+/// The lessons of a run in words, those left out that read like the one before.
+#[derive(Debug, Default)]
+pub struct LessonText {
+    last: String,
+}
+
+impl LessonText {
+    /// The lesson in words, if it reads otherwise than the last one; see [`lesson`].
+    pub fn next(&mut self, lesson: &Lesson) -> Option<&str> {
+        let text = self::lesson(lesson);
+        if text == self.last {
+            return None;
+        }
+        self.last = text;
+        Some(&self.last)
+    }
+}
+
+/// What each view of a run's recording shows: a table in Markdown.
+pub fn views(header: &Header) -> String {
+    or_fault(fill("views", of_views(header)))
+}
+
+/// The names of the table of views.
+fn of_views(header: &Header) -> Value {
+    let joint = header.joint();
+    context! {
+        joint => joint.is_some(),
+        small => matches!(header.subject, Subject::Small(_)),
+        body => joint.is_some_and(|joint| !joint.outline.vertices.is_empty()),
+        lesson => header.computed.is_some(),
+        analyses => Serde(&header.analyses),
+    }
+}
+
+/// The text, or the fault of its template: a fault in the words must not end a run.
+fn or_fault(text: Result<String, Error>) -> String {
+    text.unwrap_or_else(|error| format!("## Text missing\n\n{error:#}; please report this.\n"))
+}
+
+fn fill_narration(observation: &Observation) -> Result<String, Error> {
+    let (name, values) = match observation {
+        Observation::Vibration(vibration) => {
+            let values = Value::from(Serde(vibration));
+            ("narration/vibration", context! { ln2 => LN_2, ..values })
+        }
+        Observation::Separated {
+            initial_distance,
+            after,
+            e_fold_time,
+        } => (
+            "narration/separated",
+            context! {
+                initial_distance => *initial_distance,
+                after => *after,
+                e_fold_time => *e_fold_time,
+            },
+        ),
+        Observation::Exponents(exponents) => ("narration/exponents", of_exponents(exponents)),
+    };
+    Ok(fill(name, values)?.trim().to_owned())
+}
+
+/// The names of the text on exponents.
+fn of_exponents(exponents: &Exponents) -> Value {
+    let spectrum = &exponents.spectrum;
+    let zeros = spectrum.count(Sign::Zero);
+    context! {
+        attractor => exponents.attractor().name(),
+        name => exponents.attractor().to_string(),
+        exponents => each_with_error(exponents),
+        time => spectrum.time,
+        largest => spectrum.exponents.first().map(|first| first.value),
+        zeros => zeros,
+        more => spectrum.dimension > zeros,
+        driven => exponents.motion == Motion::Driven,
+    }
+}
+
+fn each_with_error(exponents: &Exponents) -> Vec<String> {
+    let all = exponents.spectrum.exponents.iter();
+    all.map(|exponent| with_error(exponent.value, exponent.half_width))
+        .collect()
+}
+
+fn fill_lesson(lesson: &Lesson) -> Result<String, Error> {
+    let name = lesson_name(lesson.computed.mechanism);
+    Ok(tidy(&fill(&name, of_lesson(lesson))?))
+}
+
+/// The names of the texts of lessons.
+fn of_lesson(lesson: &Lesson) -> Value {
+    let Lesson {
+        computed, measured, ..
+    } = lesson;
+    let line = measured.lines.first();
+    let near = line.and_then(|line| computed.unstable_near(line.frequency));
+    let reading = |reading: &FrictionReading| {
+        let values = Value::from(Serde(reading));
+        context! { unstable => Serde(reading.unstable()), ..values }
+    };
+    let readings = computed.readings.iter().flatten();
+    let exponents = measured.exponents.as_deref();
+    context! {
+        ln2 => LN_2,
+        ln10 => LN_10,
+        computed => Serde(&**computed),
+        measured => Serde(measured),
+        readings => readings.map(reading).collect::<Vec<_>>(),
+        fastest => computed.fastest(),
+        unstable => Serde(computed.unstable()),
+        line => line.map(Serde),
+        near => near.map(|mode| mode.label.as_str()),
+        kick => computed.start.kick,
+        seed => computed.start.seed,
+        silent => measured.level < SILENT * computed.sliding_speed,
+        exponents => exponents.map(each_with_error),
+        attractor => exponents.map(|exponents| exponents.attractor().name()),
+    }
+}
+
+/// Without blanks at the ends of lines, and with one empty line where there are several.
+fn tidy(text: &str) -> String {
+    let mut tidy = String::new();
+    for line in text.trim().lines().map(str::trim) {
+        if !line.is_empty() || !tidy.ends_with("\n\n") {
+            tidy += line;
+            tidy += "\n";
+        }
+    }
+    tidy
+}

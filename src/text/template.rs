@@ -1,0 +1,168 @@
+//! The templates under `assets/text`, and the filters they use.
+
+use std::sync::LazyLock;
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Value;
+use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
+
+use super::numbers::{percent, plain, quantity, tenths};
+use crate::escape;
+use crate::scene::Mechanism;
+
+/// Each template with its text.
+macro_rules! templates {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../assets/text/", $name, ".md")))),*]
+    };
+}
+
+const TEMPLATES: &[(&str, &str)] = templates![
+    "rows",
+    "views",
+    "narration/vibration",
+    "narration/separated",
+    "narration/exponents",
+    "lesson/negative-slope",
+    "lesson/mode-coupling",
+    "lesson/stick-slip",
+    "lesson/lift-off",
+    "lesson/exchanged-friction",
+    "lesson/which-mode-wins",
+    "lesson/hysteresis",
+    "lesson/torus",
+    "lesson/chaos",
+    "lesson/prediction",
+];
+
+/// The template of a mechanism's lesson.
+pub fn lesson_name(mechanism: Mechanism) -> String {
+    format!("lesson/{}", mechanism.name())
+}
+
+/// A template filled from named values; a name that the values do not have is an error.
+pub fn fill(name: &str, values: Value) -> Result<String, Error> {
+    static ENVIRONMENT: LazyLock<Result<Environment<'static>, Error>> = LazyLock::new(environment);
+    match &*ENVIRONMENT {
+        Ok(environment) => environment.get_template(name)?.render(values),
+        Err(error) => Err(Error::new(error.kind(), error.to_string())),
+    }
+}
+
+fn environment() -> Result<Environment<'static>, Error> {
+    let mut environment = Environment::new();
+    // Each tag stands on a line of its own, which is left out.
+    let mut syntax = SyntaxConfig::builder();
+    environment.set_syntax(syntax.trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    for (name, text) in TEMPLATES {
+        environment.add_template(name, text)?;
+    }
+    environment.add_filter("quantity", quantity_words);
+    environment.add_filter("percent", |x: Value| words(&x, percent));
+    environment.add_filter("plain", |x: Value| words(&x, plain));
+    environment.add_filter("per_second", |x: Value| {
+        words(&x, |x| format!("{} per s", plain(x)))
+    });
+    environment.add_filter("degrees", |x: Value| {
+        words(&x, |x| format!("{:.1}°", x.to_degrees()))
+    });
+    environment.add_filter("tenths", tenths);
+    environment.add_filter("decimals", |x: Value, digits: usize| {
+        words(&x, |x| format!("{x:.digits$}"))
+    });
+    environment.add_filter("signed", |x: Value, digits: usize| {
+        words(&x, |x| format!("{x:+.digits$}"))
+    });
+    environment.add_filter("scientific", |x: Value, digits: usize| {
+        words(&x, |x| format!("{x:.digits$e}"))
+    });
+    environment.add_filter("short", |x: Value| words(&x, |x| x.to_string()));
+    // Labels of modes may come from a file of the user.
+    environment.add_filter("name", |x: &str| escape::markdown(x));
+    environment.add_filter("named", named);
+    environment.add_filter("mixed", mixed);
+    environment.add_filter("harmonics", harmonics);
+    Ok(environment)
+}
+
+/// The spectral line with a label.
+fn named(lines: Vec<Value>, name: &str) -> Option<Value> {
+    lines.into_iter().find(|line| label(line) == name)
+}
+
+/// The spectral lines that are combinations of both base frequencies.
+fn mixed(mut lines: Vec<Value>) -> Vec<Value> {
+    lines.retain(|line| ["f1", "f2"].iter().all(|base| label(line).contains(base)));
+    lines
+}
+
+/// The harmonics of the first base frequency.
+fn harmonics(mut lines: Vec<Value>) -> Vec<Value> {
+    lines.retain(|line| label(line).ends_with(" f1") && !label(line).contains("f2"));
+    lines
+}
+
+/// The label of a spectral line; empty where it has none.
+fn label(line: &Value) -> String {
+    let label = line.get_attr("label").ok();
+    label
+        .and_then(|label| label.as_str().map(str::to_owned))
+        .unwrap_or_default()
+}
+
+/// To three digits unless `digits` are given.
+fn quantity_words(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
+    words(&x, |x| quantity(x, digits.unwrap_or(3), unit))
+}
+
+/// The words for a number; none for none.
+fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
+    if x.is_undefined() {
+        return Err(Error::from(ErrorKind::UndefinedError));
+    }
+    if x.is_none() {
+        return Ok(x.clone());
+    }
+    Ok(Value::from(words(f64::try_from(x.clone())?)))
+}
+
+/// The names that a template takes from outside.
+#[cfg(test)]
+pub fn names(name: &str) -> std::collections::HashSet<String> {
+    let environment = environment().unwrap();
+    let template = environment.get_template(name).unwrap();
+    template.undeclared_variables(false)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn every_template_is_embedded_and_every_mechanism_has_one() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/text");
+        let mut files = 0;
+        for folder in [
+            folder.clone(),
+            folder.join("lesson"),
+            folder.join("narration"),
+        ] {
+            let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
+            files += entries.filter(|entry| entry.path().is_file()).count();
+        }
+        assert_eq!(files, TEMPLATES.len());
+        for mechanism in Mechanism::ALL {
+            let name = lesson_name(*mechanism);
+            assert!(TEMPLATES.iter().any(|(known, _)| *known == name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_name_without_a_value_is_an_error() {
+        let error = fill("narration/separated", minijinja::context! { after => 1.0 });
+        assert!(error.is_err(), "{error:?}");
+    }
+}
