@@ -113,15 +113,16 @@ const THREADS_SPACE: usize = 300_000_000;
 /// Starts the threads that analyses share, unless they run: started by the first analysis, they would panic where the
 /// system gives none. Called after what needs much memory at once, since each thread reserves some.
 pub(super) fn start_pool() -> Result<(), CliError> {
-    let space = Vec::<u8>::new().try_reserve_exact(THREADS_SPACE);
-    space.map_err(|_| CliError::Threads {
-        purpose: "the analyses",
-        source: format!(
-            "they need {} MB of address space, which the system refuses; raise the limit (`ulimit -v`)",
-            THREADS_SPACE / 1_000_000
-        )
-        .into(),
-    })?;
+    if !crate::memory::is_granted(THREADS_SPACE) {
+        return Err(CliError::Threads {
+            purpose: "the analyses",
+            source: format!(
+                "they need {} MB of address space, which the system refuses; raise the limit (`ulimit -v`)",
+                THREADS_SPACE / 1_000_000
+            )
+            .into(),
+        });
+    }
     let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
     match pool.build_global() {
         // A second call has no cause.

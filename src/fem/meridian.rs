@@ -6,6 +6,7 @@ use super::assembly::Pencil;
 use super::eigen::{self, Search};
 use super::harmonic::DofMap;
 use super::{FemError, Harmonic, Material, Section};
+use crate::memory;
 
 /// A free elastic mode of a body of revolution, given on the nodes of its section.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,10 +76,12 @@ fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
     // Vectors of the Lanczos process, each as it is and times the mass matrix.
     let vectors = 2 * size_of::<f64>() * (30 + 2 * modes);
     let bytes = dofs.saturating_mul(MATRICES + vectors);
-    let room = Vec::<u8>::new().try_reserve_exact(bytes);
-    room.map_err(|_| FemError::Memory {
-        megabytes: bytes / 1_000_000,
-    })
+    match memory::is_granted(bytes) {
+        true => Ok(()),
+        false => Err(FemError::Memory {
+            megabytes: bytes / 1_000_000,
+        }),
+    }
 }
 
 /// Refuses constants that no stable elastic material has.

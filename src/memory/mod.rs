@@ -36,6 +36,12 @@ pub(crate) fn check(need: u64) -> Result<(), MemoryShortage> {
     }
 }
 
+/// Whether the system grants so many bytes of address space. For what reserves more than it uses, and would end the
+/// program where it is refused.
+pub(crate) fn is_granted(bytes: usize) -> bool {
+    Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
+}
+
 /// An empty vector with room for so many numbers.
 pub(crate) fn room(count: usize) -> Result<Vec<f64>, MemoryShortage> {
     let need = (count as u64).saturating_mul(size_of::<f64>() as u64);

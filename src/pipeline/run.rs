@@ -80,7 +80,7 @@ pub fn drive(
     let header = Arc::new(source.header(command));
     let bytes = memory(source.analysis(), header.sample_rate);
     // Later, where there is no error to pass on, the allocator would end the program.
-    if Vec::<u8>::new().try_reserve_exact(bytes as usize).is_err() {
+    if !crate::memory::is_granted(bytes as usize) {
         return Err(PipelineError::Memory {
             megabytes: bytes / 1_000_000,
         });

@@ -91,8 +91,10 @@ const ADDRESS_SPACE: usize = 640 << 20;
 /// # Errors
 /// [`RecordError::Memory`].
 pub fn check_memory() -> Result<(), RecordError> {
-    let room = Vec::<u8>::new().try_reserve_exact(ADDRESS_SPACE);
-    room.map_err(|_| RecordError::Memory)
+    match crate::memory::is_granted(ADDRESS_SPACE) {
+        true => Ok(()),
+        false => Err(RecordError::Memory),
+    }
 }
 
 /// The version of Rerun that recordings are written with; a viewer of this version opens them.

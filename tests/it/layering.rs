@@ -1,11 +1,14 @@
-//! The house's walls: which room may look into which.
+//! Which module may use which, read from every path in the source.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Rooms, and the rooms that each may use.
+use syn::visit::{self, Visit};
+
+/// Modules, and the modules that each may use.
 const EDGES: &[(&str, &[&str])] = &[
-    ("fem", &[]),
+    ("fem", &["memory"]),
     ("dynamics", &[]),
     ("memory", &[]),
     ("analysis", &["memory"]),
@@ -15,11 +18,13 @@ const EDGES: &[(&str, &[&str])] = &[
     ("systems", &["dynamics"]),
     (
         "scene",
-        &["fem", "joint", "systems", "dynamics", "analysis", "numpy"],
+        &["fem", "joint", "systems", "dynamics", "analysis"],
     ),
     (
         "pipeline",
-        &["fem", "joint", "systems", "dynamics", "analysis", "scene"],
+        &[
+            "memory", "fem", "joint", "systems", "dynamics", "analysis", "scene",
+        ],
     ),
     ("text", &["dynamics", "scene", "pipeline"]),
     ("export", &["joint", "pipeline", "numpy"]),
@@ -27,20 +32,17 @@ const EDGES: &[(&str, &[&str])] = &[
     (
         "record",
         &[
-            "analysis", "dynamics", "pipeline", "scene", "text", "export", "foreign", "import",
+            "memory", "analysis", "dynamics", "pipeline", "scene", "text", "export", "foreign",
         ],
     ),
     (
         "study",
         &[
-            "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "export", "foreign", "import", "memory",
+            "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "export", "foreign",
+            "import", "memory",
         ],
     ),
-    (
-        "figure",
-        &["fem", "joint", "analysis", "dynamics", "study", "import"],
-    ),
+    ("figure", &["fem", "joint", "analysis", "dynamics", "study"]),
     ("sound", &["pipeline", "export"]),
     (
         "live",
@@ -51,125 +53,410 @@ const EDGES: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
-            "fem", "joint", "systems", "dynamics", "analysis", "scene", "pipeline", "record",
-            "study", "export", "foreign", "import", "figure", "sound", "live",
+            "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "study",
+            "export", "foreign", "import", "figure", "sound", "live", "memory",
         ],
     ),
 ];
 
-/// The Rust files of a folder and those below it, without tests.
+/// The path of a module or an item, from the root of the crate.
+type Names = Vec<String>;
+
+/// A source file: its module, and what it refers to.
+#[derive(Default)]
+struct Module {
+    module: Names,
+    /// Paths in `use` items and in code.
+    paths: Vec<Names>,
+    /// Names that `use` brings into scope, with the path that each stands for.
+    scope: BTreeMap<String, Names>,
+    /// Those of them that others can use from here.
+    exports: BTreeMap<String, Names>,
+    /// First names of paths, and first two names: crates and modules used by their own name.
+    names: BTreeSet<String>,
+}
+
+impl Module {
+    fn read(file: &Path) -> Self {
+        let place = file.strip_prefix(source()).unwrap().with_extension("");
+        let mut module: Names = place
+            .iter()
+            .map(|part| part.to_str().unwrap().to_owned())
+            .collect();
+        if matches!(
+            module.last().map(String::as_str),
+            Some("mod" | "lib" | "main")
+        ) {
+            module.pop();
+        }
+        let parsed = syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap();
+        let mut found = Self {
+            module,
+            ..Self::default()
+        };
+        found.visit_file(&parsed);
+        found
+    }
+
+    /// Takes a path as it is written.
+    fn take(&mut self, path: &[String]) -> Names {
+        self.names.insert(path[0].clone());
+        let first_two = path.get(..2).map(|names| names.join("::"));
+        self.names.extend(first_two);
+        absolute(&self.module, path)
+    }
+
+    /// A path in code: of a name in scope, or as it is written.
+    fn take_in_code(&mut self, names: Names) {
+        let path = self.take(&names);
+        let path = match self.scope.get(&names[0]) {
+            Some(meant) => [meant, &names[1..]].concat(),
+            None => path,
+        };
+        self.paths.push(path);
+    }
+
+    fn take_tree(&mut self, prefix: &[String], tree: &syn::UseTree, export: bool) {
+        let mut path = prefix.to_vec();
+        let name = match tree {
+            syn::UseTree::Path(tree) => {
+                path.push(tree.ident.to_string());
+                return self.take_tree(&path, &tree.tree, export);
+            }
+            syn::UseTree::Group(group) => {
+                let trees = group.items.iter();
+                return trees.for_each(|tree| self.take_tree(prefix, tree, export));
+            }
+            syn::UseTree::Name(tree) if tree.ident == "self" => path.last().unwrap().clone(),
+            syn::UseTree::Name(tree) => {
+                path.push(tree.ident.to_string());
+                tree.ident.to_string()
+            }
+            syn::UseTree::Rename(tree) => {
+                path.push(tree.ident.to_string());
+                tree.rename.to_string()
+            }
+            syn::UseTree::Glob(_) => "*".to_owned(),
+        };
+        let path = self.take(&path);
+        self.scope.insert(name.clone(), path.clone());
+        if export {
+            self.exports.insert(name, path);
+        } else {
+            self.paths.push(path);
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Module {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if !is_test_item(item) {
+            visit::visit_item(self, item);
+        }
+    }
+
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let is_private = matches!(item.vis, syn::Visibility::Inherited);
+        self.take_tree(&[], &item.tree, !is_private);
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Names = path
+            .segments
+            .iter()
+            .map(|segment| segment.ident.to_string())
+            .collect();
+        if names.len() > 1 {
+            self.take_in_code(names);
+        }
+        visit::visit_path(self, path);
+    }
+
+    /// In a macro's arguments everything that looks like a path is one.
+    fn visit_macro(&mut self, call: &'ast syn::Macro) {
+        let text = call.tokens.to_string().replace(" :: ", "::");
+        let words = text.split(|c: char| !(c.is_alphanumeric() || "_:".contains(c)));
+        for word in words.filter(|word| word.contains("::")) {
+            let names: Names = word
+                .split("::")
+                .filter(|name| !name.is_empty())
+                .map(str::to_owned)
+                .collect();
+            if names.len() > 1 {
+                self.take_in_code(names);
+            }
+        }
+        visit::visit_macro(self, call);
+    }
+}
+
+fn is_test_item(item: &syn::Item) -> bool {
+    let attributes = match item {
+        syn::Item::Mod(item) => &item.attrs,
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Use(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Struct(item) => &item.attrs,
+        syn::Item::Const(item) => &item.attrs,
+        _ => return false,
+    };
+    attributes.iter().any(|attribute| match &attribute.meta {
+        syn::Meta::List(list) => {
+            let condition = list.tokens.to_string();
+            list.path.is_ident("cfg") && (condition == "test" || condition.starts_with("all (test"))
+        }
+        _ => false,
+    })
+}
+
+/// A path written in a module, from the root of the crate. One that begins with another name is taken as that of a
+/// child, and leads nowhere where it is that of a crate.
+fn absolute(module: &[String], path: &[String]) -> Names {
+    let mut base = module.to_vec();
+    let mut rest = path;
+    match rest[0].as_str() {
+        "crate" => {
+            base.clear();
+            rest = &rest[1..];
+        }
+        "self" => rest = &rest[1..],
+        _ => {}
+    }
+    while rest.first().is_some_and(|name| name == "super") {
+        base.pop();
+        rest = &rest[1..];
+    }
+    base.extend_from_slice(rest);
+    base
+}
+
+/// The source files, without those of tests.
+fn modules() -> Vec<Module> {
+    rust_files(&source())
+        .iter()
+        .map(|file| Module::read(file))
+        .collect()
+}
+
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        if path.is_dir() && !is_test(&path) {
+        if path
+            .file_stem()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .contains("tests")
+        {
+            continue;
+        }
+        if path.is_dir() {
             found.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|e| e == "rs") && !is_test(&path) {
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
             found.push(path);
         }
     }
     found
 }
 
-fn is_test(path: &Path) -> bool {
-    path.iter()
-        .any(|part| part.to_string_lossy().contains("tests"))
-}
-
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// The code of a file, without comments and without its tests.
-fn code(path: &Path) -> String {
-    let text = fs::read_to_string(path).unwrap();
-    let text = text.split("#[cfg(test)]").next().unwrap();
-    text.lines()
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .collect::<Vec<_>>()
-        .join("\n")
-}
-
-#[test]
-fn rooms_look_only_where_they_may() {
-    let mut seen = 0;
-    for (room, allowed) in EDGES {
-        for file in rust_files(&source().join(room)) {
-            if file
-                .file_stem()
-                .unwrap()
-                .to_string_lossy()
-                .contains("tests")
-            {
-                continue;
-            }
-            let code = code(&file);
-            for (other, _) in EDGES {
-                let used = code.contains(&format!("crate::{other}::"))
-                    || code.contains(&format!("crate::{other};"));
-                assert!(
-                    !used || other == room || allowed.contains(other),
-                    "{} uses `{other}`, which `{room}` may not",
-                    file.display()
-                );
-                seen += usize::from(used);
+/// Edges between the folders of the source that are not allowed, and allowed ones that nothing uses.
+fn wrong_edges(modules: &[Module], allowed: &[(&str, &[&str])]) -> Vec<String> {
+    let mut used: BTreeMap<(&str, &str), &Names> = BTreeMap::new();
+    for module in modules.iter().filter(|module| !module.module.is_empty()) {
+        for path in module.paths.iter().chain(module.exports.values()) {
+            let (from, to) = (module.module[0].as_str(), path.first());
+            if let Some(to) = to.filter(|to| *to != from) {
+                used.entry((from, to)).or_insert(&module.module);
             }
         }
     }
-    assert!(
-        seen > 10,
-        "the search finds nothing: it no longer fits the code"
-    );
+    let is_listed = |name: &str| allowed.iter().any(|(module, _)| *module == name);
+    let mut wrong = Vec::new();
+    for (&(from, to), module) in &used {
+        let row = allowed.iter().find(|(module, _)| *module == from);
+        let is_allowed = row.is_none_or(|(_, uses)| uses.contains(&to));
+        if is_listed(to) && !is_allowed {
+            wrong.push(format!(
+                "{} uses `{to}`, which it may not",
+                module.join("::")
+            ));
+        }
+    }
+    for (from, uses) in allowed {
+        for to in uses.iter().filter(|to| !used.contains_key(&(from, to))) {
+            wrong.push(format!("`{from}` may use `{to}`, and does not"));
+        }
+    }
+    wrong
+}
+
+/// Files that depend on each other in a circle, every circle once.
+///
+/// A name that a module gives on belongs to the file that defines it. A parent's declaration of its children is no
+/// use of them.
+fn cycles(modules: &[Module]) -> Vec<Vec<String>> {
+    let by_name: BTreeMap<&[String], usize> = modules
+        .iter()
+        .enumerate()
+        .map(|(k, module)| (&module.module[..], k))
+        .collect();
+    let uses: Vec<BTreeSet<usize>> = modules
+        .iter()
+        .enumerate()
+        .map(|(k, module)| {
+            let targets = module.paths.iter();
+            let targets = targets.filter_map(|path| home(modules, &by_name, path, 0));
+            targets.filter(|target| *target != k).collect()
+        })
+        .collect();
+    let reach = |from: usize| {
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<usize> = uses[from].iter().copied().collect();
+        while let Some(next) = open.pop() {
+            if seen.insert(next) {
+                open.extend(&uses[next]);
+            }
+        }
+        seen
+    };
+    let reached: Vec<BTreeSet<usize>> = (0..modules.len()).map(reach).collect();
+    let mut found = BTreeSet::new();
+    for (k, targets) in reached.iter().enumerate().filter(|(k, r)| r.contains(k)) {
+        let circle: Vec<usize> = targets
+            .iter()
+            .copied()
+            .filter(|other| reached[*other].contains(&k))
+            .collect();
+        found.insert(circle);
+    }
+    let name = |k: &usize| modules[*k].module.join("::");
+    found
+        .into_iter()
+        .map(|circle| circle.iter().map(name).collect())
+        .collect()
+}
+
+/// The file that defines what a path means.
+fn home(
+    modules: &[Module],
+    by_name: &BTreeMap<&[String], usize>,
+    path: &[String],
+    depth: usize,
+) -> Option<usize> {
+    let length = (0..=path.len())
+        .rev()
+        .find(|n| by_name.contains_key(&path[..*n]))?;
+    let file = by_name[&path[..length]];
+    let Some(name) = path.get(length).filter(|_| depth < 8) else {
+        // The module itself, whose names are used one by one.
+        return None;
+    };
+    match modules[file].exports.get(name) {
+        Some(meant) => {
+            let meant = [meant, &path[length + 1..]].concat();
+            home(modules, by_name, &meant, depth + 1).or(Some(file))
+        }
+        None => Some(file),
+    }
 }
 
 #[test]
-fn every_room_is_listed() {
+fn modules_use_only_what_they_may_and_all_of_that() {
+    let wrong = wrong_edges(&modules(), EDGES);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn no_files_depend_on_each_other() {
+    let cycles = cycles(&modules());
+    let cycles: Vec<String> = cycles.iter().map(|circle| circle.join(", ")).collect();
+    assert!(cycles.is_empty(), "{}", cycles.join("\n"));
+}
+
+#[test]
+fn every_module_is_listed() {
     for entry in fs::read_dir(source()).unwrap() {
         let entry = entry.unwrap();
         let name = entry.file_name().into_string().unwrap();
         if entry.path().is_dir() && name != "guide" {
             assert!(
-                EDGES.iter().any(|(room, _)| *room == name),
+                EDGES.iter().any(|(module, _)| *module == name),
                 "`{name}` has no row"
             );
         }
     }
 }
 
-/// Rerun, clap, threads and the like have rooms of their own.
+/// Every form of a path is seen.
 #[test]
-fn foreign_things_stay_in_their_room() {
-    for (what, home) in [
-        ("rerun::", "record"),
-        ("clap::", "cli"),
+fn paths_are_found_however_they_are_written() {
+    let read = |name: &str, text: &str| {
+        let mut module = Module {
+            module: name.split("::").map(str::to_owned).collect(),
+            ..Module::default()
+        };
+        module.visit_file(&syn::parse_file(text).unwrap());
+        module
+    };
+    for text in [
+        "use crate::b::X;",
+        "use crate::{c::Y, b::{self, X}};",
+        "fn f() { crate::b::f(); }",
+        "fn f() { println!(\"{}\", crate::b::f()); }",
+        "fn f(x: super::b::X) {}",
+        "use super::{b as other};",
+    ] {
+        let modules = [read("a", text), read("b", ""), read("c", "")];
+        let wrong = wrong_edges(&modules, &[("a", &["c"]), ("b", &[]), ("c", &[])]);
+        assert_eq!(wrong[0], "a uses `b`, which it may not", "{text}");
+    }
+    let unused = wrong_edges(&[read("a", "")], &[("a", &["b"]), ("b", &[])]);
+    assert_eq!(unused, ["`a` may use `b`, and does not"]);
+    let test = "#[cfg(test)] mod tests { use crate::b::X; }";
+    assert!(wrong_edges(&[read("a", test)], &[("a", &[]), ("b", &[])]).is_empty());
+    let circle = [
+        read("a", "pub use c::X;"),
+        read("a::b", "use super::X;"),
+        read("a::c", "use super::b::Y; struct X;"),
+    ];
+    assert_eq!(cycles(&circle), [["a::b", "a::c"]]);
+}
+
+/// Rerun, clap, threads and the like are each used in few places.
+#[test]
+fn outside_crates_stay_in_their_module() {
+    let modules = modules();
+    for (what, homes) in [
+        ("rerun", "record"),
+        ("clap", "cli"),
         // A viewer may be stuck for ever, and so has a thread that can be left behind.
         ("std::thread", "pipeline study record live"),
-        ("crossbeam_channel::", "pipeline study record"),
-        ("arrow_array::", "foreign study"),
-        ("arrow_ipc::", "foreign study"),
-        ("serde_arrow::", "study"),
+        ("crossbeam_channel", "pipeline study record"),
+        ("arrow_array", "foreign study"),
+        ("arrow_ipc", "foreign study"),
+        ("serde_arrow", "study"),
         ("csv::Writer", "study"),
-        ("faer::", "fem joint"),
-        ("realfft::", "analysis"),
-        ("rustfft::", "analysis"),
+        ("faer", "fem joint"),
+        ("realfft", "analysis"),
+        ("rustfft", "analysis"),
         // The program makes the pool before any work: it may be refused.
-        ("rayon::", "analysis cli"),
-        ("minijinja::", "text"),
-        ("npyz::", "numpy"),
-        ("axum::", "live"),
-        ("tokio::", "live"),
-        ("ratatui::", "cli"),
-        ("rubato::", "sound"),
+        ("rayon", "analysis cli"),
+        ("minijinja", "text"),
+        ("npyz", "numpy"),
+        ("axum", "live"),
+        ("tokio", "live"),
+        ("ratatui", "cli"),
+        ("rubato", "sound"),
     ] {
-        for file in rust_files(&source()) {
-            let path = file.strip_prefix(source()).unwrap().to_path_buf();
-            let room = path.iter().next().unwrap().to_string_lossy().into_owned();
-            let inside = home.split(' ').any(|home| home == room);
-            assert!(
-                inside || !code(&file).contains(what),
-                "{} uses {what}",
-                path.display()
-            );
+        let users = modules.iter().filter(|module| module.names.contains(what));
+        for user in users {
+            let inside = homes.split(' ').any(|home| home == user.module[0]);
+            assert!(inside, "{} uses {what}", user.module.join("::"));
         }
     }
 }
