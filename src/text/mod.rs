@@ -21,6 +21,8 @@ use template::{fill, lesson_name};
 
 /// Level over the sliding speed below which nothing is audible.
 const SILENT: f64 = 1e-3;
+/// Exponents that a sentence lists.
+const EXPONENTS_SHOWN: usize = 4;
 
 /// An observation in words: Markdown that starts with a heading `## ...`.
 pub fn narration(observation: &Observation) -> String {
@@ -111,9 +113,11 @@ fn of_exponents(exponents: &Exponents) -> Value {
     }
 }
 
+/// The largest exponents, each with its error.
 fn each_with_error(exponents: &Exponents) -> Vec<String> {
     let all = exponents.spectrum.exponents.iter();
-    all.map(|exponent| with_error(exponent.value, exponent.half_width))
+    all.take(EXPONENTS_SHOWN)
+        .map(|exponent| with_error(exponent.value, exponent.half_width))
         .collect()
 }
 
