@@ -22,7 +22,7 @@
 //! * `cli` (feature `cli`): the command line.
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
 //! * [`import`]: signals from files that somebody else made.
-//! * `figure` (feature `figure`): pictures on disk.
+//! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
@@ -40,10 +40,10 @@ pub mod systems;
 
 #[cfg(feature = "cli")]
 pub mod cli;
-#[cfg(feature = "figure")]
-pub mod figure;
 #[cfg(feature = "live")]
 pub mod live;
+#[cfg(any(feature = "figure", feature = "record"))]
+pub mod plot;
 #[cfg(feature = "record")]
 pub mod record;
 #[cfg(feature = "sound")]

@@ -1,12 +1,12 @@
 //! `squeakscope analyse`: what kind of motion is in anybody's file?
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AnalyseArgs;
 use super::error::{Cause, CliError};
+use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
@@ -15,15 +15,8 @@ use super::run::{command_line, shown};
 use super::signal_report::AnalyseReport;
 use crate::import::{Selection, Signal};
 use crate::pipeline::message::Summary;
+use crate::plot::Figure;
 use crate::study::signal::{SignalReport, SignalSearch, analyse_signal};
-
-/// A figure as a file.
-pub(super) struct FigureFile {
-    /// Its name.
-    pub name: String,
-    /// The whole PNG.
-    pub png: Vec<u8>,
-}
 
 /// A signal to be played along the road of a simulation.
 pub(super) struct Play<'a> {
@@ -45,8 +38,8 @@ pub(super) struct Play<'a> {
 pub(super) struct Tools {
     /// Reads a signal.
     pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
-    /// Draws the figures.
-    pub draw: fn(&SignalReport) -> Result<Vec<FigureFile>, Cause>,
+    /// The figures.
+    pub draw: fn(&SignalReport) -> Vec<Figure>,
     /// Records the analyses along the signal.
     pub play: fn(&Play<'_>) -> Result<Summary, Cause>,
 }
@@ -68,8 +61,8 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             ("--json", args.json.as_deref()),
         ],
     )?;
-    if let Some(directory) = &args.png {
-        check_directory(directory, "--png")?;
+    if let Some(directory) = &args.figures {
+        check_directory(directory, "--figures")?;
     }
     let signal = (tools.read)(
         &args.file,
@@ -98,8 +91,14 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
     })?;
     let report = report.ok_or(CliError::NothingYet)?;
     let mut files = Vec::new();
-    if let Some(directory) = &args.png {
-        files.extend(draw(&report, directory, tools)?);
+    if let Some(directory) = &args.figures {
+        let drawn = (&args.drawn, &PIXELS[..]);
+        files.extend(write_figures(
+            directory,
+            "--figures",
+            &(tools.draw)(&report),
+            drawn,
+        )?);
     }
     let summary = save
         .as_ref()
@@ -120,26 +119,6 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         Some(summary) if summary.interrupted => Err(CliError::Interrupted),
         _ => Ok(()),
     }
-}
-
-/// Writes the figures into a directory, which is made if need be.
-fn draw(
-    report: &SignalReport,
-    directory: &Path,
-    tools: &Tools,
-) -> Result<Vec<FileReport>, CliError> {
-    let failed = |source| CliError::Run {
-        doing: "drawing",
-        source,
-    };
-    let figures = (tools.draw)(report).map_err(failed)?;
-    std::fs::create_dir_all(directory).map_err(|source| failed(source.into()))?;
-    let write = |figure: FigureFile| {
-        let file = OutputFile::check(&directory.join(figure.name), "--png")?;
-        file.write(|out| out.write_all(&figure.png))?;
-        Ok(FileReport::of(&file)?)
-    };
-    figures.into_iter().map(write).collect()
 }
 
 /// Sends the signal down the road into a recording.
@@ -184,12 +163,7 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         read: tone,
-        draw: |_| {
-            Ok(vec![FigureFile {
-                name: "tone.png".to_owned(),
-                png: vec![1, 2, 3],
-            }])
-        },
+        draw: |_| vec![Figure::new("tone", "A tone", 30.0, Vec::new())],
         play: |job| {
             std::fs::write(job.save, job.command)?;
             (job.progress)(0.5);
@@ -208,7 +182,7 @@ mod tests {
             AnalyseArgs {
                 file: path("tone.wav"),
                 save: Some(path("out.rrd")),
-                png: Some(path("new/figures")),
+                figures: Some(path("new/figures")),
                 json: Some(path("out.json")),
                 ..AnalyseArgs::default()
             }
@@ -227,10 +201,11 @@ mod tests {
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["signal"]["start_s"], 2.0);
         assert_eq!(json["signal"]["duration_s"], 2.0);
-        assert_eq!(json["files"][0]["bytes"], 3);
         assert_eq!(json["files"].as_array().map(Vec::len), Some(2));
         let figure = desk.0.path().join("new/figures/tone.png");
-        assert_eq!(std::fs::read(figure).expect("written"), [1, 2, 3]);
+        let figure = std::fs::read(figure).expect("written");
+        assert!(figure.starts_with(b"\x89PNG"));
+        assert_eq!(json["files"][0]["bytes"], figure.len());
     }
 
     #[test]
@@ -256,7 +231,7 @@ mod tests {
                 ..desk.args()
             },
             AnalyseArgs {
-                png: Some(file.clone()),
+                figures: Some(file.clone()),
                 ..desk.args()
             },
             AnalyseArgs {
@@ -274,7 +249,7 @@ mod tests {
     fn a_fault_while_drawing_is_no_bad_input() {
         let (desk, stop) = (desk(), Arc::default());
         let tools = Tools {
-            draw: |_| Err("no ink".into()),
+            draw: |_| vec![Figure::new("flat", "", 0.0, Vec::new())],
             ..TOOLS
         };
         let error = execute(&desk.args(), &stop, &tools).expect_err("failed");

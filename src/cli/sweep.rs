@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::{Cause, CliError};
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
@@ -16,6 +16,7 @@ use super::study_args::{
     MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
 };
 use super::sweep_report::SweepReport;
+use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
@@ -29,24 +30,14 @@ const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
 /// What the rest of the crate does for these commands.
 pub(super) struct Tools {
-    /// Draws the figures: names with their SVG and PNG.
-    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
+    /// The figures.
+    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Vec<Figure>,
     /// Records a sweep over one parameter, started by a command, into a file.
     pub record: Record,
 }
 
 /// Records a sweep over one parameter, started by a command, into a file.
 pub(super) type Record = fn(&SweepPlan, &[SweepPoint], &str, &Path) -> Result<(), Cause>;
-
-/// A figure, drawn.
-pub(super) struct Drawn {
-    /// Stem of its file name.
-    pub name: String,
-    /// As SVG.
-    pub svg: String,
-    /// As PNG.
-    pub png: Vec<u8>,
-}
 
 /// Runs `squeakscope sweep`.
 ///
@@ -263,12 +254,9 @@ fn deliver(
 ) -> Result<(), CliError> {
     let mut written = write_tables(plan, identity, points, files)?;
     if let Some(directory) = &outputs.figures {
-        let drawn = (tools.draw)(plan, points);
-        let drawn = drawn.map_err(|source| CliError::Run {
-            doing: "drawing",
-            source,
-        })?;
-        written.extend(write_figures(directory, &drawn)?);
+        let figures = (tools.draw)(plan, points);
+        let drawn = (&outputs.drawn, &STUDY[..]);
+        written.extend(write_figures(directory, "--figures", &figures, drawn)?);
     }
     written.extend(write_recording(plan, points, files, tools.record)?);
     let report = SweepReport::new(plan, points, shard, interrupted, written);
@@ -319,27 +307,6 @@ pub(super) fn write_recording(
         source,
     })?;
     Ok(Some(FileReport::of(file)?))
-}
-
-/// Writes figures into a directory, which is made if it is not there.
-pub(super) fn write_figures(
-    directory: &Path,
-    figures: &[Drawn],
-) -> Result<Vec<FileReport>, CliError> {
-    std::fs::create_dir_all(directory).map_err(|source| CliError::Run {
-        doing: "drawing",
-        source: source.into(),
-    })?;
-    let mut written = Vec::new();
-    for figure in figures {
-        for (ending, content) in [("svg", figure.svg.as_bytes()), ("png", &figure.png)] {
-            let path = directory.join(&figure.name).with_extension(ending);
-            let file = OutputFile::check(&path, "--figures")?;
-            file.write(|out| out.write_all(content))?;
-            written.push(FileReport::of(&file)?);
-        }
-    }
-    Ok(written)
 }
 
 /// The points that are known already. A file that is there is only touched by `--resume`.
