@@ -24,6 +24,8 @@ pub enum Scale {
     Whole,
     /// By the logarithm; values must be positive.
     Logarithmic,
+    /// In proportion, without ticks.
+    Hidden,
 }
 
 /// Most ticks at 1, 2 and 5 times powers of ten.
@@ -50,6 +52,14 @@ impl Axis {
         Self {
             scale: Scale::Whole,
             ..Self::linear(name, [0.5, count.max(1) as f64 + 0.5])
+        }
+    }
+
+    /// An axis that is not drawn.
+    pub fn hidden(range: [f64; 2]) -> Self {
+        Self {
+            scale: Scale::Hidden,
+            ..Self::linear("", range)
         }
     }
 
@@ -101,7 +111,7 @@ impl Axis {
     pub fn share(&self, value: f64) -> f64 {
         let [low, high] = self.range;
         match self.scale {
-            Scale::Linear | Scale::Whole => (value - low) / (high - low),
+            Scale::Linear | Scale::Whole | Scale::Hidden => (value - low) / (high - low),
             Scale::Logarithmic => {
                 let value = value.max(f64::MIN_POSITIVE);
                 (value / low).ln() / (high / low).ln()
@@ -114,6 +124,7 @@ impl Axis {
         let [low, high] = self.range;
         let rough = (high - low) / most.max(1) as f64;
         match self.scale {
+            Scale::Hidden => Vec::new(),
             Scale::Linear => multiples(low, high, round_step(rough, &[1.0, 2.0, 2.5, 5.0])),
             Scale::Whole => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
             Scale::Logarithmic => {

@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::color::Color;
-use super::figure::{Bar, Figure, Layer, Panel};
+use super::figure::{Bar, Figure, Panel};
 use super::response;
 use crate::study::basins::Attractor;
 use crate::study::sweep::SweepPoint;
@@ -36,12 +36,8 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
         1 => "one kick".to_owned(),
         count => format!("{count} kicks"),
     };
-    let shares = Panel::new(
-        format!("shares of {kicks}"),
-        Axis::linear("share, %", [0.0, 100.0]),
-        Axis::linear("", [0.0, bars.len().max(1) as f64]),
-        vec![Layer::bars(bars)],
-    );
+    let heading = format!("shares of {kicks}");
+    let shares = Panel::bars(heading, Axis::linear("share, %", [0.0, 100.0]), bars);
     let portraits = shown.iter().map(|attractor| portrait(points, attractor));
     let rows = [vec![shares], portraits.collect()];
     let rows = rows.into_iter().filter(|row| !row.is_empty()).collect();

@@ -92,6 +92,25 @@ impl Panel {
         }
     }
 
+    /// A list of bars, the first at the top, each with its text above it.
+    pub fn bars(title: impl Into<String>, x: Axis, bars: Vec<Bar>) -> Self {
+        let y = Axis::hidden([0.0, bars.len().max(1) as f64]);
+        let top = y.range[1];
+        let left = x.range[0];
+        let layers = bars.into_iter().zip(0..).flat_map(|(bar, row)| {
+            let top = top - f64::from(row);
+            let ends = [top - 0.85, top - 0.55];
+            let [low, high] = ends.map(|y| [[left, y], [bar.value, y]]);
+            let outline = vec![low[0], low[1], high[1], high[0]];
+            [
+                Layer::areas(vec![outline], 1.0, bar.color).at("bars"),
+                Layer::text([left, top - 0.3], bar.text),
+            ]
+        });
+        let layers = layers.collect();
+        Self::new(title, x, y, layers)
+    }
+
     /// The same panel with another title.
     #[must_use]
     pub fn titled(mut self, title: impl Into<String>) -> Self {
@@ -118,12 +137,6 @@ impl Panel {
     pub fn with_caption(mut self, caption: impl Into<String>) -> Self {
         self.caption = caption.into();
         self
-    }
-
-    /// Whether the panel is a list of bars, which has no vertical axis.
-    pub fn is_list(&self) -> bool {
-        let mut shapes = self.layers.iter().map(|layer| &layer.shape);
-        shapes.any(|shape| matches!(shape, Shape::Bars(_)))
     }
 
     /// Whether an image fills the field, which a grid would hide.
@@ -171,23 +184,13 @@ pub enum Shape {
     },
     /// Peaks of a curve: points with names, which stand where no other name does.
     Peaks(Vec<([f64; 2], String)>),
-    /// The area between two curves, lightly filled: place on the horizontal axis, lower and upper end.
-    Band(Vec<[f64; 3]>),
-    /// Vertical strokes with caps: place on the horizontal axis, lower and upper end.
-    Intervals(Vec<[f64; 3]>),
-    /// Vertical bars: place of the middle on the horizontal axis, and the two ends.
-    Columns {
-        /// The bars.
-        spans: Vec<[f64; 3]>,
-        /// Their width on the horizontal axis.
-        width: f64,
+    /// Filled polygons.
+    Areas {
+        /// The corners of each.
+        outlines: Vec<Vec<[f64; 2]>>,
+        /// How much of what is below they hide, 0 to 1.
+        opacity: f64,
     },
-    /// Horizontal bars from the left edge, the first at the top; they replace the vertical axis.
-    Bars(Vec<Bar>),
-    /// A horizontal line across the field.
-    Level(f64),
-    /// A dashed vertical line across the field with a text at its top.
-    Upright(f64, String),
     /// An image that fills a rectangle of the axes.
     Image(Image),
     /// A text, from its left end on.
@@ -247,6 +250,9 @@ pub struct Swatch {
     pub name: String,
 }
 
+/// Beyond the end of every axis.
+const FAR: f64 = 1e300;
+
 impl Layer {
     fn new(id: &str, color: Color, shape: Shape) -> Self {
         Self {
@@ -289,34 +295,49 @@ impl Layer {
         Self::new("peaks", Color::Accent, Shape::Peaks(peaks))
     }
 
-    /// The area between lower and upper ends.
-    pub fn band(spans: Vec<[f64; 3]>, color: Color) -> Self {
-        Self::new("band", color, Shape::Band(spans))
+    /// Filled polygons.
+    pub fn areas(outlines: Vec<Vec<[f64; 2]>>, opacity: f64, color: Color) -> Self {
+        Self::new("areas", color, Shape::Areas { outlines, opacity })
     }
 
-    /// Intervals of single values.
-    pub fn intervals(spans: Vec<[f64; 3]>, color: Color) -> Self {
-        Self::new("intervals", color, Shape::Intervals(spans))
+    /// The area between two curves, lightly filled: place on the horizontal axis, lower and upper end. A
+    /// place without a finite end is left out.
+    pub fn band(spans: &[[f64; 3]], color: Color) -> Self {
+        let spans = spans
+            .iter()
+            .filter(|span| span.iter().all(|c| c.is_finite()));
+        let lower = spans.clone().map(|[x, from, _]| [*x, *from]);
+        let upper = spans.rev().map(|[x, _, to]| [*x, *to]);
+        Self::areas(vec![lower.chain(upper).collect()], 0.2, color).at("band")
     }
 
-    /// Vertical bars.
-    pub fn columns(spans: Vec<[f64; 3]>, width: f64, color: Color) -> Self {
-        Self::new("columns", color, Shape::Columns { spans, width })
+    /// Intervals of single values: place on the horizontal axis, lower and upper end.
+    pub fn intervals(spans: &[[f64; 3]], color: Color) -> Self {
+        let strips = spans
+            .iter()
+            .map(|[x, from, to]| vec![[*x, *from], [*x, *to]]);
+        Self::lines(strips.collect(), color).at("intervals")
     }
 
-    /// Horizontal bars.
-    pub fn bars(bars: Vec<Bar>) -> Self {
-        Self::new("bars", Color::Ink, Shape::Bars(bars))
+    /// Vertical bars of a width: place of the middle on the horizontal axis, and the two ends.
+    pub fn columns(spans: &[[f64; 3]], width: f64, color: Color) -> Self {
+        let outlines = spans.iter().map(|[x, from, to]| {
+            let [left, right] = [x - 0.5 * width, x + 0.5 * width];
+            vec![[left, *from], [right, *from], [right, *to], [left, *to]]
+        });
+        Self::areas(outlines.collect(), 1.0, color).at("columns")
     }
 
-    /// A horizontal line.
+    /// A horizontal line across the field.
     pub fn level(y: f64) -> Self {
-        Self::new("level", Color::Ink, Shape::Level(y))
+        let ends = [[-FAR, y], [FAR, y]];
+        Self::line(ends.to_vec(), Color::Ink).wide(0.8).at("level")
     }
 
-    /// A vertical line with a text.
-    pub fn upright(x: f64, text: impl Into<String>, color: Color) -> Self {
-        Self::new("chosen", color, Shape::Upright(x, text.into()))
+    /// A dashed vertical line across the field.
+    pub fn upright(x: f64, color: Color) -> Self {
+        let ends = [[x, -FAR], [x, FAR]];
+        Self::line(ends.to_vec(), color).dashed().at("chosen")
     }
 
     /// An image.

@@ -38,7 +38,7 @@ fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
     let mut layers = vec![Layer::level(0.0)];
     layers.extend((0..count).map(|k| {
         let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
-        Layer::band(spans.collect(), Color::Exponent(k))
+        Layer::band(&spans.collect::<Vec<_>>(), Color::Exponent(k))
     }));
     layers.extend((0..count).map(|k| {
         let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
@@ -107,10 +107,7 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
     let bound = scale * spectrum.resolution;
     let x = Axis::counting("number", count);
     let unresolved = x.range.map(|x| [x, -bound, bound]);
-    let mut layers = vec![
-        Layer::band(unresolved.to_vec(), Color::Faint),
-        Layer::level(0.0),
-    ];
+    let mut layers = vec![Layer::band(&unresolved, Color::Faint), Layer::level(0.0)];
     layers.extend(by_sign(spectrum, &exponents));
     Panel::new(
         "the largest; grey cannot be told from zero",
@@ -143,7 +140,7 @@ fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
         let points = Layer::points(points, 2.4, color)
             .marked(marker)
             .named(label);
-        [Layer::intervals(spans, color), points]
+        [Layer::intervals(&spans, color), points]
     });
     let is_there = |layer: &Layer| layer.has_points() || layer.label.is_empty();
     layers.filter(is_there).collect()

@@ -3,12 +3,10 @@
 use base64::Engine as _;
 
 use super::color::Color;
-use super::figure::{Bar, Image, Layer, Marker, Shape};
+use super::figure::{Image, Layer, Marker, Shape};
 use super::svg::{Anchor, Canvas, Field, hex};
 use super::text;
 
-/// Half the length of the caps of intervals.
-const CAP: f64 = 2.5;
 /// Radius of the dots on peaks.
 const PEAK: f64 = 2.3;
 /// Lines of names above a peak that are tried.
@@ -53,22 +51,10 @@ pub fn draw(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
             }
             canvas.put(format_args!("</g>"));
         }
-        Shape::Band(spans) => band(canvas, field, spans, layer.color),
-        Shape::Intervals(spans) => intervals(canvas, field, spans, layer.color),
-        Shape::Columns { spans, width } => {
-            for [x, from, to] in spans {
-                let ends = [[x - 0.5 * width, *from], [x + 0.5 * width, *to]];
-                rectangle(canvas, field, ends, layer.color);
+        Shape::Areas { outlines, opacity } => {
+            for outline in outlines {
+                area(canvas, field, outline, layer.color, *opacity);
             }
-        }
-        Shape::Bars(bars) => draw_bars(canvas, field, bars),
-        Shape::Level(y) => {
-            let ends = field.panel.x.range.map(|x| [x, *y]);
-            polyline(canvas, field, &ends, layer.color, (0.8, false));
-        }
-        Shape::Upright(x, _) => {
-            let ends = field.panel.y.range.map(|y| [*x, y]);
-            polyline(canvas, field, &ends, layer.color, (0.9, true));
         }
         Shape::Image(image) => draw_image(canvas, field, image),
         Shape::Text(..) => {}
@@ -77,21 +63,7 @@ pub fn draw(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
 
 /// Writes the texts of a layer, which may stand out over the axes.
 pub fn write(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
-    let letters = canvas.letters;
     match &layer.shape {
-        Shape::Upright(x, words) => {
-            let top = [*x, field.panel.y.range[1]];
-            let Some([x, y]) = field.at(top).filter(|_| field.holds(top)) else {
-                return;
-            };
-            let on_left = x < field.frame.x + 0.5 * field.frame.width;
-            let (shift, anchor) = match on_left {
-                true => (0.5 * letters, Anchor::Start),
-                false => (-0.5 * letters, Anchor::End),
-            };
-            let style = (1.0, true, layer.color);
-            canvas.write([x + shift, y + 0.8 * letters], words, anchor, style);
-        }
         Shape::Text(place, words) => {
             if let Some(at) = field.at(*place).filter(|_| field.holds(*place)) {
                 canvas.write(at, words, Anchor::Start, (1.0, false, layer.color));
@@ -113,7 +85,7 @@ pub fn sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width: f64) 
             let more = dashes(canvas, *dashed);
             canvas.stroke([x, y, x + width, y], layer.color, line.max(1.1), &more);
         }
-        Shape::Columns { .. } | Shape::Band(_) | Shape::Image(_) => {
+        Shape::Areas { .. } | Shape::Image(_) => {
             let (color, height) = (hex(layer.color.on_light()), 0.8 * canvas.letters);
             let top = y - 0.5 * height;
             canvas.put(format_args!(
@@ -148,18 +120,8 @@ fn polyline(
     color: Color,
     (width, dashed): (f64, bool),
 ) {
-    let places: Vec<String> = field
-        .places(points)
-        .map(|[x, y]| format!("{x:.2},{y:.2}"))
-        .collect();
-    if places.len() < 2 {
-        return;
-    }
-    let (places, color, dashes) = (
-        places.join(" "),
-        hex(color.on_light()),
-        dashes(canvas, dashed),
-    );
+    let places = places(field, points);
+    let (color, dashes) = (hex(color.on_light()), dashes(canvas, dashed));
     let width = canvas.scaled(width);
     canvas.put(format_args!(
         "<polyline points=\"{places}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width:.2}\" \
@@ -221,65 +183,18 @@ fn put_marker(canvas: &mut Canvas, [x, y]: [f64; 2], r: f64, marker: Marker, hov
     canvas.put(format_args!("<path d=\"{path}\">{title}</path>"));
 }
 
-fn band(canvas: &mut Canvas, field: &Field<'_>, spans: &[[f64; 3]], color: Color) {
-    let spans = spans
-        .iter()
-        .filter(|span| span.iter().all(|c| c.is_finite()));
-    let lower = spans.clone().map(|[x, from, _]| [*x, *from]);
-    let upper = spans.rev().map(|[x, _, to]| [*x, *to]);
-    let outline: Vec<[f64; 2]> = lower.chain(upper).collect();
-    let places: Vec<String> = field
-        .places(&outline)
-        .map(|[x, y]| format!("{x:.2},{y:.2}"))
-        .collect();
-    let (places, color) = (places.join(" "), hex(color.on_light()));
+fn area(canvas: &mut Canvas, field: &Field<'_>, outline: &[[f64; 2]], color: Color, opacity: f64) {
+    let (places, color) = (places(field, outline), hex(color.on_light()));
     canvas.put(format_args!(
-        "<polygon points=\"{places}\" fill=\"{color}\" fill-opacity=\"0.2\"/>"
+        "<polygon points=\"{places}\" fill=\"{color}\" fill-opacity=\"{opacity}\"/>"
     ));
 }
 
-fn intervals(canvas: &mut Canvas, field: &Field<'_>, spans: &[[f64; 3]], color: Color) {
-    let cap = canvas.scaled(CAP);
-    for [x, from, to] in spans {
-        if let (Some([x, from]), Some([_, to])) = (field.at([*x, *from]), field.at([*x, *to])) {
-            canvas.stroke([x, from, x, to], color, 1.0, "");
-            for y in [from, to] {
-                canvas.stroke([x - cap, y, x + cap, y], color, 1.0, "");
-            }
-        }
-    }
-}
-
-/// A rectangle between two corners, in values.
-fn rectangle(canvas: &mut Canvas, field: &Field<'_>, corners: [[f64; 2]; 2], color: Color) {
-    let [Some([x1, y1]), Some([x2, y2])] = corners.map(|corner| field.at(corner)) else {
-        return;
-    };
-    let (x, y, width, height) = (x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs());
-    let color = hex(color.on_light());
-    canvas.put(format_args!(
-        "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{color}\"/>"
-    ));
-}
-
-fn draw_bars(canvas: &mut Canvas, field: &Field<'_>, bars: &[Bar]) {
-    let row = field.frame.height / bars.len().max(1) as f64;
-    let letters = canvas.letters;
-    for (number, bar) in bars.iter().enumerate() {
-        let top = field.frame.y + number as f64 * row;
-        let thick = (row - 1.9 * letters).clamp(0.3 * letters, 1.5 * letters);
-        let width = field.frame.width * field.panel.x.share(bar.value).clamp(0.0, 1.0);
-        let (x, y, color) = (
-            field.frame.x,
-            top + 1.6 * letters,
-            hex(bar.color.on_light()),
-        );
-        canvas.put(format_args!(
-            "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{thick:.2}\" fill=\"{color}\"/>"
-        ));
-        let at = [x, top + 0.8 * letters];
-        canvas.write(at, &bar.text, Anchor::Start, (1.0, false, Color::Ink));
-    }
+/// Places of points as SVG writes them.
+fn places(field: &Field<'_>, points: &[[f64; 2]]) -> String {
+    let places = points.iter().filter_map(|point| field.at(*point));
+    let places: Vec<String> = places.map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+    places.join(" ")
 }
 
 fn draw_image(canvas: &mut Canvas, field: &Field<'_>, image: &Image) {

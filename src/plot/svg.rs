@@ -153,17 +153,13 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Frame) {
             };
             head.draw(canvas, cell);
             let field = field(panel, cell, tallest, left, canvas.letters);
-            let clip = format!("field-{number}-{place}");
-            draw_panel(canvas, panel, field, &clip);
+            draw_panel(canvas, panel, field);
         }
     }
 }
 
 /// Width of the labels of the vertical axis and of its name.
 fn names_width(panel: &Panel, height: f64, letters: f64) -> f64 {
-    if panel.is_list() {
-        return 0.0;
-    }
     let ticks = panel.y.ticks(most_ticks(&panel.y, height, letters, true));
     let labels = panel.y.labels(&ticks);
     let widths = labels
@@ -275,26 +271,24 @@ fn entry_width(layer: &Layer, letters: f64) -> f64 {
     text::width(&layer.label, letters, false) + (SAMPLE + GAP + 1.3) * letters
 }
 
-fn draw_panel(canvas: &mut Canvas, panel: &Panel, field: Frame, clip: &str) {
+fn draw_panel(canvas: &mut Canvas, panel: &Panel, frame: Frame) {
+    axes(canvas, panel, frame);
     let Frame {
         x,
         y,
         width,
         height,
-    } = field;
+    } = frame;
+    // A drawing of its own cuts off what is outside, without a name that another drawing may have.
     canvas.put(format_args!(
-        "<clipPath id=\"{clip}\"><rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\"/></clipPath>"
+        "<svg x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
+         viewBox=\"{x:.2} {y:.2} {width:.2} {height:.2}\" overflow=\"hidden\">"
     ));
-    axes(canvas, panel, field);
-    canvas.put(format_args!("<g clip-path=\"url(#{clip})\">"));
-    let field = Field {
-        panel,
-        frame: field,
-    };
+    let field = Field { panel, frame };
     for layer in &panel.layers {
         marks::draw(canvas, &field, layer);
     }
-    canvas.put(format_args!("</g>"));
+    canvas.put(format_args!("</svg>"));
     for layer in &panel.layers {
         marks::write(canvas, &field, layer);
     }
@@ -331,9 +325,6 @@ fn axes(canvas: &mut Canvas, panel: &Panel, frame: Frame) {
     let middle = [0.5 * (left + right), bottom + 2.5 * letters];
     let faint = (1.0, false, Color::Faint);
     canvas.write(middle, &panel.x.label(), Anchor::Middle, faint);
-    if panel.is_list() {
-        return canvas.stroke([left, bottom, right, bottom], Color::Faint, 0.7, "");
-    }
     let ticks = panel
         .y
         .ticks(most_ticks(&panel.y, frame.height, letters, true));
@@ -397,10 +388,5 @@ impl Field<'_> {
         shares
             .iter()
             .all(|share| (-1e-9..=1.0 + 1e-9).contains(share))
-    }
-
-    /// The places of values within reach of the axes.
-    pub fn places<'b>(&'b self, points: &'b [[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + 'b {
-        points.iter().filter_map(|point| self.at(*point))
     }
 }

@@ -250,7 +250,7 @@ impl<'a> Over<'a> {
                 let x = found.values[0] + shift(found.start);
                 Some([x, exponent.low(), exponent.high()])
             });
-            layers.push(Layer::intervals(spans.collect(), color));
+            layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
             let radius = 1.6 + 0.8 * k as f64;
             layers.extend(self.points(radius, color, |found| kth(found, k).map(|e| e.value)));
         }

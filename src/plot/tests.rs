@@ -304,11 +304,11 @@ fn everything() -> Figure {
     let layers = vec![
         Layer::image(image),
         Layer::band(
-            vec![[0.0, 0.1, 0.2], [1.0, 0.2, f64::INFINITY]],
+            &[[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
             Color::Faint,
         ),
-        Layer::columns(vec![[0.5, 0.0, 0.4]], 0.2, Color::Pale).named("columns"),
-        Layer::intervals(vec![[0.5, 0.1, 0.9]], Color::Series(1)),
+        Layer::columns(&[[0.5, 0.0, 0.4]], 0.2, Color::Pale).named("columns"),
+        Layer::intervals(&[[0.5, 0.1, 0.9]], Color::Series(1)),
         Layer::line(points.clone(), Color::Series(0))
             .dashed()
             .named("a line"),
@@ -320,7 +320,7 @@ fn everything() -> Figure {
             ([0.51, 0.5], "f2".to_owned()),
         ]),
         Layer::level(0.5),
-        Layer::upright(0.7, "chosen", Color::Accent),
+        Layer::upright(0.7, Color::Accent).named("chosen"),
         Layer::text([0.1, 0.9], "a text"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);

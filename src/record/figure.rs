@@ -311,38 +311,11 @@ impl Entity {
                     _ => self.add_points(places, color),
                 }
             }
-            Shape::Level(y) => {
-                self.radius = Some(0.7);
-                let ends = plot.x.range.map(|x| place([x, *y]));
-                self.add_strips([ends.to_vec()], color);
-            }
-            Shape::Upright(x, _) => {
-                self.radius = Some(0.8);
-                let ends = plot.y.range.map(|y| place([*x, y]));
-                self.add_strips([ends.to_vec()], color);
-            }
-            Shape::Band(spans) => {
-                self.radius = Some(0.4);
-                for end in [1, 2] {
-                    let edge = spans.iter().map(|span| place([span[0], span[end]]));
-                    self.add_strips([edge.collect()], color);
-                }
-            }
-            Shape::Intervals(spans) | Shape::Columns { spans, .. } => {
-                self.radius = Some(0.9);
-                let finite = spans
-                    .iter()
-                    .filter(|span| span.iter().all(|c| c.is_finite()));
-                let strokes = finite.map(|[x, a, b]| vec![place([*x, *a]), place([*x, *b])]);
-                self.add_strips(strokes, color);
-            }
-            Shape::Bars(bars) => {
-                self.radius = Some(4.0);
-                for (bar, number) in bars.iter().zip(0u32..) {
-                    let height = plot.y.range[1] - 0.5 - f64::from(number);
-                    let ends = [plot.x.range[0], bar.value].map(|x| place([x, height]));
-                    self.add_strips([ends.to_vec()], style::meaning(bar.color));
-                    self.labels.push(bar.text.clone());
+            Shape::Areas { outlines, .. } => {
+                self.radius = Some(0.6);
+                for outline in outlines {
+                    let corners = outline.iter().chain(outline.first());
+                    self.add_strips([corners.map(|point| place(*point)).collect()], color);
                 }
             }
             Shape::Text(at, text) => {

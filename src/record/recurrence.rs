@@ -6,8 +6,8 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, RecordingStream, SegmentationImage, Transform3D,
-    components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, RecordingStream, SegmentationImage, Transform3D, components::ImageFormat,
+    datatypes::ChannelDatatype,
 };
 
 use super::{

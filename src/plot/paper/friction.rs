@@ -39,11 +39,8 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
             Layer::line(curve(law), Color::Series(0)).named(format!("used here: {}", words(law))),
             Layer::line(curve(&printed), Color::Series(2))
                 .named(format!("as printed: {}", words(&printed))),
-            Layer::upright(
-                1e3 * sliding,
-                format!("steady sliding, {:.1} mm/s", 1e3 * sliding),
-                Color::Faint,
-            ),
+            Layer::upright(1e3 * sliding, Color::Faint)
+                .named(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
         ],
     );
     let title = format!(

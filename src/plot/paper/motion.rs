@@ -82,7 +82,7 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
             *end += share;
             [1e-3 * mode.frequency_hz, from, *end]
         });
-        layers.push(Layer::columns(spans.collect(), WIDTH, color).named(label));
+        layers.push(Layer::columns(&spans.collect::<Vec<_>>(), WIDTH, color).named(label));
     }
     let unstable = modes.iter().filter(|mode| mode.growth > 0.0).count();
     for (growing, color) in [(true, Color::Accent), (false, Color::Ink)] {
@@ -114,7 +114,7 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
         Axis::linear("information, bit", [0.0, 1.05 * most]),
         vec![
             Layer::line(mutual, Color::Ink),
-            Layer::upright(delay, format!("{} samples", choice.lag), Color::Accent),
+            Layer::upright(delay, Color::Accent).named(format!("{} samples", choice.lag)),
         ],
     );
     let shares = choice.neighbours.share.iter().zip(1..);
@@ -130,11 +130,8 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
         vec![
             Layer::line(shares.clone(), Color::Faint),
             Layer::points(shares, 2.4, Color::Ink),
-            Layer::upright(
-                choice.dimension as f64,
-                format!("m = {}", choice.dimension),
-                Color::Accent,
-            ),
+            Layer::upright(choice.dimension as f64, Color::Accent)
+                .named(format!("m = {}", choice.dimension)),
         ],
     );
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");

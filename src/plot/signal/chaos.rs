@@ -83,15 +83,12 @@ impl View<'_> {
         });
         let bars: Vec<Bar> = bars.collect();
         let rows = bars.len().max(1) as f64;
-        let panel = Panel::new(
-            format!(
-                "{}, confidence {:.0} %",
-                verdict.regime,
-                100.0 * verdict.confidence
-            ),
+        let confidence = 100.0 * verdict.confidence;
+        let title = format!("{}, confidence {confidence:.0} %", verdict.regime);
+        let panel = Panel::bars(
+            title,
             Axis::linear("weight of the evidence", [0.0, 1.0]),
-            Axis::linear("", [0.0, rows]),
-            vec![Layer::bars(bars)],
+            bars,
         );
         let title = self.title("Type of motion");
         Figure::new("regime", title, 26.0 + 9.0 * rows, vec![vec![panel]])

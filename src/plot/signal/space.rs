@@ -16,11 +16,7 @@ impl View<'_> {
             Axis::linear("bits", [0.0, 1.08 * extent(bits.iter().copied())[1]]),
             vec![
                 Layer::line(curve.collect(), Color::Ink),
-                Layer::upright(
-                    delay.lag as f64,
-                    format!("τ = {}", delay.lag),
-                    Color::Accent,
-                ),
+                Layer::upright(delay.lag as f64, Color::Accent).named(format!("τ = {}", delay.lag)),
             ],
         );
         let shares = delay.neighbours.share.iter().zip(1..);
@@ -33,11 +29,8 @@ impl View<'_> {
             vec![
                 Layer::line(curve.clone(), Color::Ink),
                 Layer::points(curve, 2.4, Color::Ink),
-                Layer::upright(
-                    delay.dimension as f64,
-                    format!("m = {}", delay.dimension),
-                    Color::Accent,
-                ),
+                Layer::upright(delay.dimension as f64, Color::Accent)
+                    .named(format!("m = {}", delay.dimension)),
             ],
         );
         let rows = vec![vec![mutual, neighbours]];

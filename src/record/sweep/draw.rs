@@ -146,7 +146,7 @@ impl<'a> Draw<'a> {
         let document = words::point(self.sweep, self.start, value, point);
         let document = TextDocument::from_markdown(document);
         stream::log_at(rec, self.root.at(paths::POINT_WORDS), at, &document)?;
-        let cursor = Layer::upright(value, "", Color::Ink).at(paths::CURSOR);
+        let cursor = Layer::upright(value, Color::Ink).at(paths::CURSOR);
         let plot = self.views.diagram.plot(&self.diagram);
         let views = &mut self.views;
         views.diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
