@@ -36,7 +36,7 @@ struct Found<'a> {
 /// What the panels over one parameter share: its axis, the responses, and how starts are told apart.
 struct Over<'a> {
     axis: Axis,
-    /// Shift of each start along the axis.
+    /// The starts on show and the shift of each along the axis.
     starts: Vec<(Start, f64)>,
     found: Vec<Found<'a>>,
 }
@@ -83,13 +83,12 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     Figure::new("figure-11", title, 3.0 * ROW_MM, rows.collect())
 }
 
-/// The maxima of the points that were started in one way: the bifurcation diagram of a recording.
+/// The maxima of the points that were started in one way, on the same axes for all ways: the bifurcation
+/// diagram of a recording.
 pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
-    let one = SweepPlan {
-        starts: vec![start],
-        ..plan.clone()
-    };
-    Over::new(&one, points).maxima()
+    let mut over = Over::new(plan, points);
+    over.starts = vec![(start, 0.0)];
+    over.maxima()
 }
 
 /// How points are started, in words.
