@@ -4,7 +4,10 @@ use super::*;
 use crate::{
     analysis::Regime,
     dynamics::{Exponent, LyapunovSpectrum, Tally},
-    plot::response::{common_reach, phase},
+    plot::{
+        Color,
+        response::{common_reach, phase},
+    },
     record::tests::read,
     scene::{Parameter, Scene},
     study::{
@@ -229,7 +232,7 @@ fn points_at_a_value_share_their_scales() {
     };
     let ends = |value: f64| {
         let reach = scope.planes(&found(value)).reach;
-        phase(&[], Some(reach), plot::Color::Ink).x.range[1]
+        phase(&[], Some(reach), Color::Ink).x.range[1]
     };
     assert_eq!((ends(1.0), ends(2.5)), (3.0, 1.5));
     // Silence is drawn small: a hundredth of the largest motion, in nm.
