@@ -305,7 +305,8 @@ impl Entity {
             } => {
                 let places = points.iter().filter(finite).map(|point| place(*point));
                 self.labels.extend(hover.iter().cloned());
-                self.radius = hover.is_empty().then_some((1.2 * radius) as f32);
+                // A screen shows no smaller ones.
+                self.radius = hover.is_empty().then_some((1.2 * radius).max(1.6) as f32);
                 match marker {
                     Marker::Cross => self.add_strips(places.map(cross), color),
                     _ => self.add_points(places, color),
