@@ -21,17 +21,22 @@
 //! * `live` (feature `live`): a run that is steered while it goes on, and the page that shows it.
 //! * `cli` (feature `cli`): the command line.
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
+//! * [`memory`]: how much there is, for those who read files.
 //! * [`import`]: signals from files that somebody else made.
 //! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
+//! * `escape` (private): text from foreign files, as it is shown.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
+#[cfg(any(feature = "record", feature = "table"))]
+mod foreign;
 pub mod guide;
 pub mod import;
 pub mod joint;
+pub mod memory;
 pub mod numpy;
 pub mod pipeline;
 pub mod scene;
@@ -40,6 +45,8 @@ pub mod systems;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(any(feature = "figure", feature = "record"))]
+pub(crate) mod escape;
 #[cfg(feature = "live")]
 pub mod live;
 #[cfg(any(feature = "figure", feature = "record"))]

@@ -1,5 +1,7 @@
 //! What can be wrong with a signal.
 
+use crate::memory::MemoryShortage;
+
 /// The error of an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AnalysisError {
@@ -69,6 +71,16 @@ pub enum AnalysisError {
          range from 1e-140 on can be analysed; give them in another unit"
     )]
     Size,
+    /// The buffers of an analysis do not fit into the memory.
+    #[error(
+        "the analysis of {samples} samples does not fit into memory: {shortage}; give a shorter stretch"
+    )]
+    Memory {
+        /// How many samples.
+        samples: usize,
+        /// By how much.
+        shortage: MemoryShortage,
+    },
     /// The signal does not move.
     #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
     Constant,

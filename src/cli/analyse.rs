@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AnalyseArgs;
+use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
@@ -38,6 +39,8 @@ pub(super) struct Play<'a> {
 pub(super) struct Tools {
     /// Reads a signal.
     pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
+    /// Stems of the names of the figures.
+    pub names: &'static [&'static str],
     /// The figures.
     pub draw: fn(&SignalReport) -> Vec<Figure>,
     /// Records the analyses along the signal.
@@ -62,7 +65,11 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         ],
     )?;
     if let Some(directory) = &args.figures {
-        check_directory(directory, "--figures")?;
+        let names = args.drawn.names(tools.names, &PIXELS);
+        check_directory(directory, "--figures", &names)?;
+    }
+    if save.is_some() {
+        engine::check_memory()?;
     }
     let signal = (tools.read)(
         &args.file,
@@ -71,8 +78,10 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             rate: args.rate,
             from: args.from,
             to: args.to,
+            max_samples: Some(args.max_samples),
         },
     )?;
+    engine::start_pool()?;
     let search = SignalSearch {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
@@ -163,6 +172,7 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         read: tone,
+        names: &["tone"],
         draw: |_| vec![Figure::new("tone", "A tone", 30.0, Vec::new())],
         play: |job| {
             std::fs::write(job.save, job.command)?;

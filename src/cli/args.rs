@@ -12,6 +12,7 @@ use super::study_args::{
     BasinsArgs, CalibrateArgs, CostArgs, GrowthArgs, MergeArgs, PaperArgs, SweepArgs,
 };
 use crate::analysis::Threshold;
+use crate::import::MAX_SAMPLES;
 use crate::study::lyapunov::Count;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
@@ -98,6 +99,9 @@ pub struct RunArgs {
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
         value_parser = viewer_url)]
     pub connect: Option<String>,
+    /// End with exit code 1 if energy and work do not agree to 5 %; refuse a scene whose energy is not audited.
+    #[arg(long)]
+    pub strict: bool,
     /// Write the summary as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -248,6 +252,9 @@ pub struct AnalyseArgs {
     /// Leave out what comes from this time of the file on.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub to: Option<f64>,
+    /// Refuse to read more samples than this. Each takes 8 bytes of memory.
+    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples, allow_negative_numbers = true)]
+    pub max_samples: usize,
     /// Delay of the state space in samples [default: chosen by mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..))]
     pub lag: Option<u32>,
@@ -269,6 +276,15 @@ pub struct AnalyseArgs {
     /// Write every number as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// Takes a number of samples, such as 100000000 or 1e8.
+fn max_samples(text: &str) -> Result<usize, String> {
+    let number = text.parse::<f64>().ok();
+    let whole = number.filter(|n| *n >= 1.0 && *n <= 1e15 && n.fract() == 0.0);
+    whole
+        .map(|n| n as usize)
+        .ok_or_else(|| "give a whole number from 1 to 1e15".to_owned())
 }
 
 /// Takes a recurrence threshold; its range is checked here so that a slip is found before any work.

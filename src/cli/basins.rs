@@ -15,6 +15,7 @@ use super::sweep::{
     Files, Record, check_times, response_plan, tell, work_through, write_recording, write_tables,
 };
 use crate::VERSION;
+use crate::escape;
 use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::basins::{Attractor, attractors};
@@ -44,7 +45,8 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     if let Ok(joint) = plan.scene.joint() {
         report::print_held(joint.held_at_first());
     }
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
+    let scene = args.scene.as_deref().map(OsStr::new);
+    let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
     let found = attractors(&points);
@@ -178,7 +180,7 @@ impl Report for BasinsReport {
             .unwrap_or_default();
         let mut text = format!(
             "{}{at}: {} attractors of {} kicks\n",
-            self.scene,
+            escape::line(&self.scene),
             self.attractors.len(),
             self.followed
         );

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write as _};
+use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
@@ -15,6 +16,8 @@ use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::study_args::CalibrateArgs;
 use crate::VERSION;
+use crate::escape;
+use crate::foreign::open_file;
 use crate::scene::Scene;
 use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
 use crate::study::paper::claims;
@@ -64,10 +67,14 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         all: plan.len(),
         stop,
     };
+    engine::start_pool()?;
     let threads = threads(args.threads);
     let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
     // The bar goes before anything else is printed.
     drop(notes);
+    // Trials come in any order. In the end they stand by their numbers, so that neither threads nor a stop in
+    // between change the log.
+    Log::new(&out, &plan.identity(), &by_number(&trials, &known))?;
     let mut written = vec![FileReport::of(&out)?];
     if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
         let text = best.candidate.scene(&plan.base)?.text;
@@ -84,6 +91,10 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         Err(CliError::Interrupted)
     }
 }
+
+/// The longest line of a log that is read, bytes: the first has a scene's text, the others a few
+/// numbers.
+const MAX_LINE: u64 = 16 << 20;
 
 /// The first line of the log.
 #[derive(Serialize, Deserialize)]
@@ -137,6 +148,15 @@ impl Log {
     }
 }
 
+/// Trials by their numbers: those of this search, and the known ones beyond its last generation.
+fn by_number(trials: &[Trial], known: &[Trial]) -> Vec<Trial> {
+    let beyond = known.iter().filter(|trial| trial.number >= trials.len());
+    let mut all: Vec<Trial> = trials.iter().chain(beyond).cloned().collect();
+    all.sort_by_key(|trial| trial.number);
+    all.dedup_by_key(|trial| trial.number);
+    all
+}
+
 /// The trials that are known already. A file that is there is only touched by `--resume`.
 fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, CliError> {
     let path = out.path();
@@ -152,11 +172,17 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
         path: path.to_owned(),
         reason: reason.to_owned(),
     };
-    let text = std::fs::read_to_string(path).map_err(|_| foreign("it is no text"))?;
-    let mut lines = text.lines();
+    let (file, _) = open_file(path).map_err(|error| foreign(&error.to_string()))?;
+    // A line that is too long or no text ends what is known, as one that broke off does.
+    let mut file = BufReader::new(file);
+    let mut lines = std::iter::from_fn(|| {
+        let mut line = String::new();
+        let read = (&mut file).take(MAX_LINE).read_line(&mut line);
+        read.is_ok_and(|count| count > 0).then_some(line)
+    });
     let head: Option<Head> = lines
         .next()
-        .and_then(|line| serde_json::from_str(line).ok());
+        .and_then(|line| serde_json::from_str(&line).ok());
     match head {
         None => Err(foreign("it is no log of a calibration")),
         Some(head) if head.squeakscope_calibration != identity => Err(foreign(
@@ -164,7 +190,7 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
         )),
         // The last line may have broken off.
         Some(_) => Ok(lines
-            .map_while(|line| serde_json::from_str(line).ok())
+            .map_while(|line| serde_json::from_str(&line).ok())
             .collect()),
     }
 }
@@ -307,9 +333,10 @@ impl Report for CalibrationReport {
                 .map(|(path, word)| format!("{path} = \"{word}\""));
             let all: Vec<String> = numbers.chain(words).collect();
             let _ = writeln!(text, "    {}", all.join("\n    "));
-            let held = set.held.iter().map(|(id, share)| match share {
-                share if *share >= 1.0 => id.clone(),
-                share => format!("{id} ({:.0} %)", 100.0 * share),
+            // From the log, which may be anybody's.
+            let held = set.held.iter().map(|(id, share)| match escape::line(id) {
+                id if *share >= 1.0 => id.into_owned(),
+                id => format!("{id} ({:.0} %)", 100.0 * share),
             });
             let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
         }

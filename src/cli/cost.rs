@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::cost_report::CostReport;
+use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
@@ -62,12 +63,6 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
         return Err(CliError::NoAdvice);
     }
-    check_directory(&args.out, "--out")?;
-    if args.out.is_dir() {
-        for name in [TABLE, RECORDING] {
-            inside(&args.out, name)?;
-        }
-    }
     let own = args.scene.as_deref().map(OsStr::new);
     let [page, write, json] = check_all(
         own,
@@ -77,20 +72,18 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             ("--json", args.json.as_deref()),
         ],
     )?;
-    let figures = Knob::ALL
-        .iter()
-        .flat_map(|knob| args.drawn.names(&format!("cost-{}", knob.name()), &STUDY));
-    let names: Vec<String> = [TABLE, RECORDING]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(figures)
-        .collect();
+    let figures = Knob::ALL.iter().map(|knob| format!("cost-{}", knob.name()));
+    let mut names = args.drawn.names(figures, &STUDY);
+    names.extend([TABLE, RECORDING].map(str::to_owned));
+    check_directory(&args.out, "--out", &names)?;
     let others = [
         ("--page", page.as_ref()),
         ("--write", write.as_ref()),
         ("--json", json.as_ref()),
     ];
     check_beside(&args.out, "--out", &names, &others)?;
+    engine::check_memory()?;
+    engine::start_pool()?;
     let progress = Progress::of_estimate();
     let found = (tools.cost)(&plan, &mut |knob, share| {
         progress.tell(share, knob.name().to_owned());

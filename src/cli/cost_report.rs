@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::report::{FileReport, Report, list_files};
 use crate::VERSION;
+use crate::escape;
 use crate::study::cost::{Advice, CostStudy};
 
 const NAME: Style = Style::new().bold();
@@ -133,7 +134,7 @@ impl CostReport {
 
     /// The sets as a chapter of a page: tables of settings, a column a family.
     pub(super) fn chapter(&self) -> String {
-        let mut text = format!("## {}\n\n", self.scene);
+        let mut text = format!("## {}\n\n", escape::markdown(&self.scene));
         if let Some(held) = &self.held {
             let _ = write!(text, "Held at its first values: {held}. ");
         }
@@ -258,7 +259,8 @@ impl Report for CostReport {
     fn text(&self) -> String {
         let mut text = format!(
             "{NAME}{}{NAME:#}: trajectories over {:.3} ms",
-            self.scene, self.horizon_ms
+            escape::line(&self.scene),
+            self.horizon_ms
         );
         if let Some(exponent) = self.exponent_per_s {
             let _ = write!(text, ", largest exponent {exponent:.1} 1/s");
@@ -283,7 +285,9 @@ impl Report for CostReport {
             for point in &set.points {
                 let error = match (point.error, &point.failed) {
                     (Some(error), _) => format!("{error:.2e}"),
-                    (None, why) => format!("failed: {}", why.as_deref().unwrap_or("")),
+                    (None, why) => {
+                        format!("failed: {}", escape::line(why.as_deref().unwrap_or("")))
+                    }
                 };
                 let row = format!(
                     "  {:>12}  {:>10.3}  {:>10}  {error:<8}  {}",

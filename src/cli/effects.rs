@@ -13,6 +13,7 @@ use super::output::OutputFile;
 use super::progress::Progress;
 use super::report::{self, Report};
 use crate::VERSION;
+use crate::escape;
 use crate::scene::Scene;
 use crate::study::effects::{Effects, Watch};
 
@@ -147,7 +148,9 @@ impl Report for EffectsReport {
         let mut text = format!(
             "{NAME}{}{NAME:#}: {:.0} us of CPU a simulated millisecond, without a recording, after a \
              set-up of {:.0} ms",
-            self.scene, self.cpu_us_per_ms, self.setup_ms
+            escape::line(&self.scene),
+            self.cpu_us_per_ms,
+            self.setup_ms
         );
         if self.call_us > 0.0 {
             let _ = write!(

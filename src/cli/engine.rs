@@ -17,13 +17,15 @@ use super::lyapunov;
 use super::model::ModelFile;
 use super::paper;
 use super::paper_captions as captions;
-use super::progress::Teller;
-use super::report::{CauseReport, ModeReport};
+use super::progress::{Progress, Teller};
+use super::report::{CauseReport, ModeReport, print_warning};
 use super::run::{Job, Viewer};
 use super::sweep;
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::import::{Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal};
+use crate::import::{
+    Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
+};
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, PipelineError, Playback, Sink, Tee, drive, initial_state, source};
@@ -32,8 +34,8 @@ use crate::plot::paper::{
     sections,
 };
 use crate::plot::{
-    Figure, basins_figure, cost_figures, growth_figure, lyapunov_figure, signal_figures,
-    sweep_figures,
+    Figure, SIGNAL_FIGURES, basins_figure, cost_figures, growth_figure, lyapunov_figure,
+    signal_figures, sweep_figures,
 };
 use crate::record::cost::save_cost;
 use crate::record::sweep::{SweepStudy, save_sweep};
@@ -53,6 +55,7 @@ use crate::study::wait_for;
 pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
     // Before anything is opened: what is wrong with the scene leaves nothing behind.
     let simulation = source(job.scene)?;
+    start_pool()?;
     let output = Output {
         save: job.save.map(Into::into),
         connect: match job.viewer {
@@ -97,6 +100,42 @@ pub(super) fn simulate(job: &Job<'_>) -> Result<Summary, Cause> {
             tell_part(&part, &fault, &job.notice);
         }
         fault.into()
+    })
+}
+
+/// Address space of the threads of a run or a study, bytes: the allocator reserves 64 MB for each, and ends the
+/// program where it finds no more.
+const THREADS_SPACE: usize = 300_000_000;
+
+/// Starts the threads that analyses share, unless they run: started by the first analysis, they would panic where the
+/// system gives none. Called after what needs much memory at once, since each thread reserves some.
+pub(super) fn start_pool() -> Result<(), CliError> {
+    let space = Vec::<u8>::new().try_reserve_exact(THREADS_SPACE);
+    space.map_err(|_| CliError::Threads {
+        purpose: "the analyses",
+        source: format!(
+            "they need {} MB of address space, which the system refuses; raise the limit (`ulimit -v`)",
+            THREADS_SPACE / 1_000_000
+        )
+        .into(),
+    })?;
+    let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
+    match pool.build_global() {
+        // A second call has no cause.
+        Err(fault) if std::error::Error::source(&fault).is_some() => Err(CliError::Threads {
+            purpose: "the analyses",
+            // Its own source says the same again.
+            source: fault.to_string().into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Makes sure, before any work, that there is memory for a recording.
+pub(super) fn check_memory() -> Result<(), CliError> {
+    crate::record::check_memory().map_err(|source| CliError::Run {
+        doing: "recording",
+        source: source.into(),
     })
 }
 
@@ -387,6 +426,7 @@ fn paper_configuration(
 /// What `squeakscope analyse` needs.
 pub(super) const LABORATORY: Tools = Tools {
     read,
+    names: &SIGNAL_FIGURES,
     draw: signal_figures,
     play,
 };
@@ -401,9 +441,25 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        return Ok(read_signal(path, selection)?);
+        let progress = Progress::of_steps();
+        let signal = read_signal_with(path, selection, &mut |share| {
+            progress.step(share, "reading");
+        });
+        return Ok(signal?);
     }
     let series = read_series(path, selection.column.as_deref())?;
+    if let Some(damage) = &series.damage {
+        let length = match (series.times.first(), series.times.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        };
+        print_warning(&format!(
+            "{} is damaged at {damage}; the {} samples of `{}` before that, {length:.6} s, are read",
+            path.display(),
+            series.values.len(),
+            series.name
+        ));
+    }
     let table = Table {
         columns: vec![Column::new(series.name, &series.unit, series.values)],
         clock: Clock::Times {
@@ -441,7 +497,7 @@ fn play(job: &Play<'_>) -> Result<Summary, Cause> {
     let playback = Playback::new(
         title,
         info,
-        signal.samples.clone(),
+        &signal.samples,
         signal.rate,
         live_analysis(job.report),
     );

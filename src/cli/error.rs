@@ -8,12 +8,14 @@ use thiserror::Error;
 use super::output::OutputError;
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
+use crate::fem::FemError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
+use crate::study::NoThread;
 use crate::study::sweep::TableError;
 
 /// Any error of a layer below, kept as the source.
@@ -147,6 +149,26 @@ pub enum CliError {
         /// Why.
         source: Cause,
     },
+    /// The energy audit does not hold.
+    #[error("{reason} (--strict)")]
+    Audit {
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// There was no energy audit.
+    #[error(
+        "nothing was audited (--strict): only a joint has an energy audit, and only where record.energy_rate_khz \
+         is above 0; take such a scene, or leave --strict out"
+    )]
+    NotAudited,
+    /// A file that was asked for is not there at the end.
+    #[error("`{}` was not saved", path.display())]
+    NotSaved {
+        /// The file.
+        path: PathBuf,
+        /// Why not, and what there is instead.
+        source: Cause,
+    },
     /// More exponents than there are.
     #[error(
         "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
@@ -157,6 +179,19 @@ pub enum CliError {
         /// How many there are.
         dimension: usize,
     },
+    /// The system gives no more threads.
+    #[error(
+        "the threads for {purpose} cannot be started; raise the limit of processes (ulimit -u) or free some memory"
+    )]
+    Threads {
+        /// What they are for.
+        purpose: &'static str,
+        /// What the system says.
+        source: Cause,
+    },
+    /// The same for a study.
+    #[error(transparent)]
+    NoThread(#[from] NoThread),
     /// A panic outside the threads of a run: a fault of this program.
     #[error("the program panicked: {message}; please report this, with the command")]
     Panic {
@@ -190,12 +225,22 @@ impl CliError {
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }
             | Self::Pace { .. }
+            | Self::NotAudited
             | Self::NoBands { .. } => 2,
-            Self::Table(TableError::Write { .. } | TableError::Gone { .. }) => 1,
+            Self::Table(
+                TableError::Write { .. } | TableError::Gone { .. } | TableError::Begin(_),
+            )
+            | Self::Threads { .. }
+            | Self::NoThread(_) => 1,
             Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
             Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
-            Self::Output(_) | Self::Run { .. } | Self::Serve { .. } | Self::Panic { .. } => 1,
+            Self::Output(_)
+            | Self::Run { .. }
+            | Self::Audit { .. }
+            | Self::NotSaved { .. }
+            | Self::Serve { .. }
+            | Self::Panic { .. } => 1,
             Self::Interrupted | Self::NothingYet | Self::BeforeWork => 130,
         }
     }
@@ -207,11 +252,16 @@ fn is_impossible(cause: &(dyn Error + 'static)) -> bool {
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
     // More exponents than there are.
     let width = matches!(cause.downcast_ref(), Some(DynamicsError::Width { .. }));
+    // Another machine may have the memory.
+    let memory = matches!(
+        cause.downcast_ref(),
+        Some(AssemblyError::Body(FemError::Memory { .. }))
+    );
     // Nothing there to listen to.
     let surface = cause.is::<NoSurface>();
     step || width
         || surface
-        || cause.is::<AssemblyError>()
+        || cause.is::<AssemblyError>() && !memory
         || cause.source().is_some_and(is_impossible)
 }
 

@@ -1,5 +1,6 @@
 //! Figures on disk: how they are drawn, and where they go.
 
+use std::fmt::Display;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -34,12 +35,20 @@ impl FigureArgs {
         }
     }
 
-    /// Names of the files of a figure of a command that draws some formats unless told otherwise.
-    pub fn names(&self, stem: &str, default: &[Format]) -> Vec<String> {
-        let formats = self.formats(default).iter();
-        formats
-            .map(|format| format!("{stem}.{}", format.ending()))
-            .collect()
+    /// Names of the files of figures, by their stems, of a command that draws some formats unless told
+    /// otherwise.
+    pub fn names<S: Display>(
+        &self,
+        stems: impl IntoIterator<Item = S>,
+        default: &[Format],
+    ) -> Vec<String> {
+        let name = |stem: &S, format: &Format| format!("{stem}.{}", format.ending());
+        let names = |stem| {
+            self.formats(default)
+                .iter()
+                .map(move |format| name(&stem, format))
+        };
+        stems.into_iter().flat_map(names).collect()
     }
 
     /// What figures look like.

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use anstyle::Style;
 use serde::Serialize;
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
@@ -16,6 +17,7 @@ use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::study_args::GrowthArgs;
 use crate::VERSION;
+use crate::escape;
 use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
@@ -50,10 +52,10 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         repeats: args.repeats.into(),
         ..GrowthPlan::new(scene, threads(args.threads))
     };
-    check_directory(&args.out, "--out")?;
     let own = args.scene.as_deref().map(OsStr::new);
-    let mut names = args.drawn.names("growth", &STUDY);
+    let mut names = args.drawn.names(["growth"], &STUDY);
     names.push("growth.csv".to_owned());
+    check_directory(&args.out, "--out", &names)?;
     let [page, json] = check_all(
         own,
         [
@@ -63,6 +65,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     )?;
     let others = [("--page", page.as_ref()), ("--json", json.as_ref())];
     check_beside(&args.out, "--out", &names, &others)?;
+    engine::start_pool()?;
     let progress = Progress::of_estimate();
     let found = (tools.growth)(&plan, &mut |size, share| {
         progress.tell(share, size.name().to_owned());
@@ -138,7 +141,7 @@ impl GrowthReport {
 
     /// The growth as a chapter of a page: a table a size.
     fn chapter(&self) -> String {
-        let mut text = format!("## {}\n\n", self.scene);
+        let mut text = format!("## {}\n\n", escape::markdown(&self.scene));
         for growth in &self.growth {
             let _ = writeln!(
                 text,
@@ -166,7 +169,10 @@ impl GrowthReport {
 
 impl Report for GrowthReport {
     fn text(&self) -> String {
-        let mut text = format!("{NAME}{}{NAME:#}: how cost grows\n", self.scene);
+        let mut text = format!(
+            "{NAME}{}{NAME:#}: how cost grows\n",
+            escape::line(&self.scene)
+        );
         for growth in &self.growth {
             let _ = writeln!(text, "{NAME}{}{NAME:#}", growth.work.name());
             let _ = writeln!(

@@ -36,8 +36,8 @@ pub(super) fn catch() -> Result<Arc<AtomicBool>, CliError> {
             std::process::exit(130);
         }
     })
-    .map_err(|source| CliError::Run {
-        doing: "set-up of Ctrl-C",
+    .map_err(|source| CliError::Threads {
+        purpose: "Ctrl-C",
         source: source.into(),
     })?;
     Ok(flag)

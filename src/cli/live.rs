@@ -8,6 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use super::audit;
+use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::live_args::LiveArgs;
@@ -15,7 +17,8 @@ use super::output::{OutputFile, check_all};
 use super::report;
 use super::run::command_line;
 use super::terminal::Terminal;
-use crate::live::{Bands, PACES, Page, Plan, Running, Session, Watcher, bind};
+use crate::escape;
+use crate::live::{Bands, PACES, Page, Plan, Running, SavedFile, Session, Watcher, bind};
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
 use crate::record::{Output, RERUN_VERSION};
@@ -34,8 +37,13 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
+    if args.strict && !audit::is_audited(&scene) {
+        return Err(CliError::NotAudited);
+    }
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
+    engine::check_memory()?;
+    engine::start_pool()?;
     let page = match plan.watcher {
         Watcher::Page => Some(
             bind(args.host, args.port).map_err(|source| CliError::Serve {
@@ -46,14 +54,16 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
         ),
         Watcher::Viewer(_) => None,
     };
-    let recording = plan.save.clone();
     let session = Arc::new(Session::new(plan));
     let page = match page {
         None => None,
         Some(serving) => {
             let address = serving.address;
             let page = Page::open(serving, Arc::clone(&session), swept);
-            let page = page.map_err(|fault| faulty(fault.into()))?;
+            let page = page.map_err(|source| CliError::Threads {
+                purpose: "the page",
+                source: source.into(),
+            })?;
             report::print(&format!("the page: {}\n", page.url()))?;
             if !address.ip().is_loopback() {
                 report::print_warning("whoever reaches this address can watch and steer (--host)");
@@ -63,20 +73,49 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     };
     let keys = !args.no_keys && stdin().is_terminal() && stdout().is_terminal();
     let ran = steer(&session, &stop, keys, page.as_ref())?;
-    if let Some(page) = page {
-        page.close().map_err(|fault| faulty(fault.into()))?;
-    }
-    let summary = ran.map_err(|fault| faulty(fault.into()))?;
-    for file in [recording.as_ref(), args.heard.wav.as_ref()]
-        .into_iter()
-        .flatten()
-    {
-        report::print(&format!("{}\n", file.display()))?;
-    }
+    let closed = page.map_or(Ok(()), Page::close);
+    let mut files = session.saved();
+    // That what was not begun is not there needs no words beside those of a run that failed.
+    files.retain(|file| file.begun || ran.is_ok());
+    let delivered = deliver(files);
+    let summary = ran.map_err(|fault| {
+        // The cause comes last, as everywhere.
+        if let Err(missing) = &delivered {
+            report::print_error(missing);
+        }
+        faulty(fault.into())
+    })?;
+    delivered?;
+    closed.map_err(|fault| faulty(fault.into()))?;
+    let interrupted = stop.load(Ordering::Relaxed);
     match summary {
-        Some(_) if stop.load(Ordering::Relaxed) => Err(CliError::Interrupted),
-        _ => Ok(()),
+        Some(summary) if interrupted => {
+            audit::judge(&summary, false).and(Err(CliError::Interrupted))
+        }
+        Some(summary) => audit::judge(&summary, args.strict),
+        None => Ok(()),
     }
+}
+
+/// Prints the files that are there, and the error of each that is not; the last one is returned.
+fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
+    let mut delivered = Ok(());
+    for SavedFile { path, outcome, .. } in files {
+        let there = outcome.and_then(|()| match path.metadata() {
+            Ok(_) => Ok(()),
+            Err(fault) => Err(format!("it was complete, but is there no longer: {fault}").into()),
+        });
+        match there {
+            Ok(()) => report::print(&format!("{}\n", escape::path(&path)))?,
+            Err(source) => {
+                if let Err(earlier) = &delivered {
+                    report::print_error(earlier);
+                }
+                delivered = Err(CliError::NotSaved { path, source });
+            }
+        }
+    }
+    delivered
 }
 
 fn faulty(source: super::error::Cause) -> CliError {
@@ -167,7 +206,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         ],
     )?;
     // A name that nobody has: whether there can be recordings at all.
-    OutputFile::check(&args.folder.join("live-1.rrd"), "--folder")?;
+    OutputFile::check(&args.folder.join("live-0.rrd"), "--folder")?;
     Ok(Plan {
         scene,
         command: command_line(),

@@ -53,6 +53,9 @@ pub struct LiveArgs {
     /// What is heard.
     #[command(flatten)]
     pub heard: SoundArgs,
+    /// End with exit code 1 if energy and work of the last run do not agree to 5 %; refuse a scene whose energy is not audited.
+    #[arg(long)]
+    pub strict: bool,
     /// Take no keys and draw nothing in the terminal.
     #[arg(long)]
     pub no_keys: bool,

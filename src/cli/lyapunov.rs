@@ -72,7 +72,7 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
     )?;
     if let Some(directory) = directory {
         let others = [("--json", json.as_ref()), ("--csv", csv_file.as_ref())];
-        check_figures(directory, &args.drawn.names("lyapunov", &PIXELS), &others)?;
+        check_figures(directory, &args.drawn.names(["lyapunov"], &PIXELS), &others)?;
     }
     let request = LyapunovRequest {
         count: args.exponents.unwrap_or(Count::All),
@@ -171,12 +171,9 @@ fn check_figures(
     names: &[String],
     others: &[(&'static str, Option<&OutputFile>)],
 ) -> Result<(), CliError> {
-    check_directory(directory, "--figures")?;
+    check_directory(directory, "--figures", names)?;
     check_apart(directory, "--figures", others)?;
     check_beside(directory, "--figures", names, others)?;
-    for name in names.iter().filter(|_| directory.is_dir()) {
-        OutputFile::check(&directory.join(name), "--figures")?;
-    }
     Ok(())
 }
 

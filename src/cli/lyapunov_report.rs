@@ -9,6 +9,7 @@ use super::flow_report::{DimensionReport, ExponentReport, exponents};
 use super::report::{FileReport, Report, degrees, list_files};
 use crate::VERSION;
 use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use crate::escape;
 use crate::scene::Held;
 use crate::study::lyapunov::{
     Ending, Goal, LyapunovRequest, LyapunovStudy, RESOLVING, RunningExponents, SceneLyapunov,
@@ -285,9 +286,10 @@ pub(super) fn csv(running: &[RunningExponents]) -> String {
 impl Report for LyapunovReport {
     fn text(&self) -> String {
         let mut text = String::new();
+        let scene = escape::line(&self.scene);
         let title = match self.tilt_deg {
-            Some(tilt) => format!("{NAME}{}{NAME:#} at {tilt} deg", self.scene),
-            None => format!("{NAME}{}{NAME:#}", self.scene),
+            Some(tilt) => format!("{NAME}{scene}{NAME:#} at {tilt} deg"),
+            None => format!("{NAME}{scene}{NAME:#}"),
         };
         // The tilt is in the title.
         let held = Held {

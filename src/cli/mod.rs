@@ -14,6 +14,7 @@
 
 mod analyse;
 pub mod args;
+pub mod audit;
 pub mod basins;
 pub mod calibrate;
 pub mod cost;
@@ -52,6 +53,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::escape;
 use crate::pipeline::panic_message;
 
 use args::{Args, Command, RunArgs};
@@ -63,7 +65,7 @@ pub fn main() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
         // Help and version come this way too, with exit code 0.
-        Err(error) => error.exit(),
+        Err(error) => safe(error).exit(),
     };
     match caught(|| dispatch(args)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -72,6 +74,13 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// An error of arguments that can be printed: the same of arguments without hidden characters, which may come from
+/// the names of files (`analyse *`).
+fn safe(error: clap::Error) -> clap::Error {
+    let words = std::env::args_os().map(|word| escape::line(&word.to_string_lossy()).into_owned());
+    Args::try_parse_from(words).err().unwrap_or(error)
 }
 
 /// Does some work; a panic is an error like any other, with its exit code.

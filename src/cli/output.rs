@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::export::{replace_file, try_folder_of};
+use crate::export::{is_protected, replace_file, try_folder_of};
+
+/// The longest that a name gets while its file is being written: that of a recording beside which others are.
+const LONGEST_ENDING: &str = ".99.part";
 
 /// A file that can be written, as far as can be told beforehand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,6 +70,27 @@ pub enum OutputError {
         /// Why not.
         source: io::Error,
     },
+    /// The file that is there may not be written to.
+    #[error(
+        "cannot replace `{path}` ({option}): it is write-protected; make it writable or choose another path"
+    )]
+    Protected {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+    },
+    /// The name, or the path as a whole, is longer than the file system takes.
+    #[error(
+        "cannot write `{path}` ({option}): with `{LONGEST_ENDING}`, as it may be called while it is written, its \
+         name is too long for the file system; choose a shorter one"
+    )]
+    NameTooLong {
+        /// The path asked for.
+        path: PathBuf,
+        /// The option that asked for it.
+        option: &'static str,
+    },
     /// The standard output takes no more.
     #[error("cannot write to the standard output; see where it leads to, and that there is space")]
     Terminal(#[source] io::Error),
@@ -92,7 +116,8 @@ impl OutputFile {
     /// what asked for it, for messages.
     ///
     /// # Errors
-    /// When it is a directory or a device, or no file can be made in its directory.
+    /// When it is a directory, a device or write-protected, its name is too long, or no file can be made in its
+    /// directory.
     pub fn check(path: &Path, option: &'static str) -> Result<Self, OutputError> {
         // Through a link, what is replaced is the file it leads to.
         let target = resolved(path);
@@ -102,6 +127,11 @@ impl OutputFile {
                 path: path.to_owned(),
                 option,
             });
+        }
+        check_name(path, option)?;
+        if is_protected(&target) {
+            let path = path.to_owned();
+            return Err(OutputError::Protected { path, option });
         }
         let file = Self { path: target };
         try_folder_of(&file.path).map_err(|source| OutputError::NotWritable {
@@ -144,11 +174,28 @@ impl OutputFile {
     }
 }
 
-/// Checks that files can be made in a directory, which need not be there yet, without making it.
+/// Checks that a file system takes a name.
+fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
+    let mut longest = path.as_os_str().to_owned();
+    longest.push(LONGEST_ENDING);
+    match fs::symlink_metadata(longest) {
+        Err(fault) if fault.kind() == io::ErrorKind::InvalidFilename => {
+            let path = path.to_owned();
+            Err(OutputError::NameTooLong { path, option })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that files of some names can be made in a directory, which need not be there yet, without making it.
 ///
 /// # Errors
-/// When its path is that of something else, or nothing can be made there.
-pub fn check_directory(path: &Path, option: &'static str) -> Result<(), OutputError> {
+/// When its path is that of something else, nothing can be made there, or one of the files cannot.
+pub fn check_directory<N: AsRef<Path>>(
+    path: &Path,
+    option: &'static str,
+    names: &[N],
+) -> Result<(), OutputError> {
     let refused = || OutputError::NotADirectory {
         path: path.to_owned(),
         option,
@@ -164,6 +211,13 @@ pub fn check_directory(path: &Path, option: &'static str) -> Result<(), OutputEr
         option,
         source,
     })?;
+    for name in names {
+        let file = path.join(name);
+        match path.is_dir() {
+            true => drop(OutputFile::check(&file, option)?),
+            false => check_name(&file, option)?,
+        }
+    }
     Ok(())
 }
 
@@ -329,7 +383,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("temporary folder");
         let file = folder.path().join("file");
         fs::write(&file, "x").expect("written");
-        let check = |path: &Path| check_directory(path, "--png");
+        let check = |path: &Path| check_directory(path, "--png", &["figure.png"]);
         check(folder.path()).expect("there");
         check(&folder.path().join("new/figures")).expect("can be made");
         for path in [&file, &file.join("figures"), Path::new("")] {
@@ -351,6 +405,42 @@ mod tests {
         }
         let other = folder.path().join("other");
         check_apart(&other, "--png", &[("--csv", Some(&file))]).expect("apart");
+    }
+
+    #[test]
+    fn a_protected_file_and_a_name_too_long_are_refused_in_a_directory_too() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("kept.png");
+        fs::write(&path, "old").expect("written");
+        let mut permissions = path.metadata().expect("there").permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).expect("protected");
+        for refused in [
+            OutputFile::check(&path, "--png").map(drop),
+            check_directory(folder.path(), "--png", &["new.png", "kept.png"]),
+        ] {
+            let refused = refused.expect_err("protected");
+            assert!(
+                matches!(refused, OutputError::Protected { .. }),
+                "{refused}"
+            );
+            assert!(refused.is_bad_input());
+        }
+        check_directory(folder.path(), "--png", &["new.png"]).expect("free");
+        let long = folder.path().join("x".repeat(255));
+        let longer = folder.path().join("x".repeat(256));
+        for refused in [
+            OutputFile::check(&long, "--png").map(drop),
+            check_directory(&longer, "--png", &["new.png"]),
+            check_directory(&longer.join("new"), "--png", &["new.png"]),
+        ] {
+            let refused = refused.expect_err("too long");
+            assert!(
+                matches!(refused, OutputError::NameTooLong { .. }),
+                "{refused}"
+            );
+        }
+        OutputFile::check(&folder.path().join("x".repeat(247)), "--png").expect("fits");
     }
 
     #[cfg(unix)]

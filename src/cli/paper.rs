@@ -9,14 +9,16 @@ use std::sync::atomic::AtomicBool;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_directory};
+use super::output::{OutputFile, check_all, check_directory};
 use super::report::{FileReport, Report, list_files};
 use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{Files, Record, tell, work_through, write_recording, write_tables};
 use crate::VERSION;
+use crate::escape;
 use crate::plot::{Figure, Format};
 use crate::scene::{Parameter, Scene};
 use crate::study::paper::{Evidence, Finding, Holds, compare, paper_plan, score};
@@ -27,6 +29,14 @@ const SCENE: &str = "paper";
 
 /// The first figure that shows a motion; those before need no simulation.
 const FIRST_OF_MOTION: u8 = 4;
+
+/// How many figures there are.
+const FIGURES: u8 = 11;
+
+/// The page, the table and the recording in the directory asked for.
+const PAGE: &str = "README.md";
+const TABLE: &str = "sweep.arrow";
+const RECORDING: &str = "paper.rrd";
 
 const MET: Style = AnsiColor::Green.on_default();
 const NOT_MET: Style = AnsiColor::Red.on_default();
@@ -78,20 +88,7 @@ fn execute(
             OneStart::Down => Start::Down,
         },
     );
-    check_directory(&args.out, "--out")?;
-    interrupt::work_begins();
-    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
-        doing: "making of the directory",
-        source: source.into(),
-    })?;
-    let outputs = SweepOutputs {
-        out: args.out.join("sweep.arrow"),
-        figures: None,
-        drawn: args.drawn.clone(),
-        save: args.only.is_none().then(|| args.out.join("paper.rrd")),
-        json: args.json.clone(),
-    };
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &outputs)?;
+    let (outputs, files) = prepare(args)?;
     // What a run before has found need not be found again.
     let work = WorkArgs {
         resume: true,
@@ -131,11 +128,39 @@ fn execute(
         // What a browser shows, if it was drawn; pixels first.
         let shown = shown.rev().find(|format| **format != Format::Pdf);
         let page = page(&report, &figures, shown.copied().unwrap_or(Format::Pdf));
-        report
-            .files
-            .push(write(&args.out.join("README.md"), &page)?);
+        report.files.push(write(&args.out.join(PAGE), &page)?);
     }
     tell(&report, &outputs, &files)
+}
+
+/// Checks all outputs before any work, and makes the directory.
+fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
+    let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
+    let mut names = args.drawn.names(figures, &STUDY);
+    names.extend([PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned));
+    check_directory(&args.out, "--out", &names)?;
+    let scene_file = args.scene.as_deref().map(OsStr::new);
+    // One in the directory that is still to be made is checked there.
+    let json = args.json.as_deref();
+    let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
+    check_all(scene_file, [("--json", json)])?;
+    if args.only.is_none() {
+        engine::check_memory()?;
+    }
+    interrupt::work_begins();
+    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
+        doing: "making of the directory",
+        source: source.into(),
+    })?;
+    let outputs = SweepOutputs {
+        out: args.out.join(TABLE),
+        figures: None,
+        drawn: args.drawn.clone(),
+        save: args.only.is_none().then(|| args.out.join(RECORDING)),
+        json: args.json.clone(),
+    };
+    let files = Files::check(scene_file, &outputs, &[])?;
+    Ok((outputs, files))
 }
 
 /// Writes a text into the directory.
@@ -238,7 +263,7 @@ impl Report for PaperReport {
             let _ = writeln!(
                 text,
                 "{NAME}{}{NAME:#}, started {}: {:.0} % of the paper's claims hold, by their weights",
-                self.scene,
+                escape::line(&self.scene),
                 self.start,
                 100.0 * self.score
             );
@@ -272,9 +297,11 @@ fn page(report: &PaperReport, figures: &[Figure], format: Format) -> String {
     let mut page = format!(
         "# The paper's figures, as found here\n\n\
          J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, Lubricants 2022, 10, \
-         201 (CC BY), <https://doi.org/10.3390/lubricants10090201>; scene `{}`, started {}, squeakscope \
+         201 (CC BY), <https://doi.org/10.3390/lubricants10090201>; scene {}, started {}, squeakscope \
          {}.\n\n",
-        report.scene, report.start, report.version
+        escape::code(&report.scene),
+        report.start,
+        report.version
     );
     let ending = format.ending();
     for Figure { name, caption, .. } in figures {

@@ -11,10 +11,12 @@ use std::path::PathBuf;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
+use super::audit::AuditReport;
 use super::error::CliError;
 use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
 use crate::VERSION;
+use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::scene::{Held, PRESETS, Scene, SceneError, SceneWarning};
 use crate::study::growth::peak_memory;
@@ -22,9 +24,6 @@ use crate::study::growth::peak_memory;
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 const NAME: Style = Style::new().bold();
-
-/// Relative residual of the energy audit beyond which a run says that its result may be wrong.
-const WORRYING_RESIDUAL: f64 = 0.05;
 
 /// A result that can be shown and written.
 pub trait Report: Serialize {
@@ -98,7 +97,8 @@ impl Report for ScenesReport {
         let width = names.max().unwrap_or(0);
         let mut text = String::new();
         for scene in &self.scenes {
-            let _ = writeln!(text, "{NAME}{:width$}{NAME:#}  {}", scene.name, scene.title);
+            let [name, title] = [&scene.name, &scene.title].map(|text| escape::line(text));
+            let _ = writeln!(text, "{NAME}{name:width$}{NAME:#}  {title}");
         }
         text.push_str("\nsqueakscope scenes NAME prints one; squeakscope run NAME runs it\n");
         text
@@ -143,6 +143,8 @@ pub struct RunReport {
     /// Relative residual of the energy audit at the end; `null` where there was none: only a joint has one,
     /// and only with samples of the energy.
     pub energy_residual: Option<f64>,
+    /// The energy audit; `null` where nothing was audited.
+    pub audit: Option<AuditReport>,
     /// Whether a joint was run, whose energy can be audited.
     #[serde(skip)]
     pub is_joint: bool,
@@ -218,6 +220,7 @@ impl RunReport {
             calls: summary.tally.calls,
             transitions: summary.transitions,
             energy_residual: summary.audit,
+            audit: AuditReport::of(summary),
             is_joint: scene.joint().is_ok(),
             overrun_steps: summary.tally.overrun,
             exponents: summary.exponents.as_ref().map(ExponentsReport::new),
@@ -237,7 +240,7 @@ impl Report for RunReport {
         let _ = writeln!(
             text,
             "{NAME}{}{NAME:#}: {:.1} ms simulated in {:.2} s (simulation alone {:.2} x real time)",
-            self.scene,
+            escape::line(&self.scene),
             self.simulated_s * 1e3,
             self.wall_s,
             self.real_time_factor
@@ -298,16 +301,6 @@ impl Report for RunReport {
                 self.overrun_steps
             );
         }
-        if self
-            .energy_residual
-            .is_some_and(|residual| residual > WORRYING_RESIDUAL)
-        {
-            let _ = writeln!(
-                text,
-                "  beware: energy and work do not agree, so the motion may be wrong; choose a smaller \
-                 time.max_step_us or time.tolerance"
-            );
-        }
         if let Some(heard) = &self.heard {
             let _ = writeln!(text, "  heard: {heard}");
         }
@@ -315,7 +308,7 @@ impl Report for RunReport {
             let _ = writeln!(
                 text,
                 "  {} ({:.1} MB)",
-                file.path.display(),
+                escape::path(&file.path),
                 file.bytes as f64 / 1e6
             );
         }
@@ -383,7 +376,7 @@ impl Report for StabilityReport {
             let _ = writeln!(
                 text,
                 "{NAME}{}{NAME:#} at {} deg: {unstable} of {} modes unstable",
-                self.scene,
+                escape::line(&self.scene),
                 tilt.tilt_deg,
                 tilt.modes.len()
             );
@@ -461,10 +454,10 @@ impl Report for ModelReport {
     fn text(&self) -> String {
         format!(
             "{NAME}{}{NAME:#}: {} contact nodes, {} modes in {} ({} bytes)\n",
-            self.scene,
+            escape::line(&self.scene),
             self.nodes,
             self.modes,
-            self.file.path.display(),
+            escape::path(&self.file.path),
             self.file.bytes
         )
     }
@@ -474,7 +467,7 @@ impl Report for ModelReport {
 pub(super) fn list_files(text: &mut String, files: &[FileReport]) {
     for file in files {
         let size = file.bytes as f64 / 1e3;
-        let _ = writeln!(text, "  {} ({size:.1} kB)", file.path.display());
+        let _ = writeln!(text, "  {} ({size:.1} kB)", escape::path(&file.path));
     }
 }
 
@@ -523,7 +516,10 @@ pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
 /// When it cannot be written. A reader that has seen enough (`| head`) is no error.
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut out = anstream::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out
+        .write_all(escape::terminal(text).as_bytes())
+        .and_then(|()| out.flush())
+    {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
             Err(OutputError::Terminal(source))
         }
@@ -540,7 +536,7 @@ pub fn print_warnings(warnings: &[SceneWarning]) {
 
 /// Prints a warning to the standard error.
 pub fn print_warning(warning: &str) {
-    tell(&format!("{DOUBTFUL}warning:{DOUBTFUL:#} {warning}"));
+    tell(&format!("{DOUBTFUL}warning:{DOUBTFUL:#}"), warning);
 }
 
 /// Says on the standard error what is held where, though it varies in the scene.
@@ -560,13 +556,13 @@ pub fn print_error(error: &CliError) {
         let _ = write!(message, ": {error}");
         cause = error.source();
     }
-    tell(&format!("{BAD}error:{BAD:#} {message}"));
+    tell(&format!("{BAD}error:{BAD:#}"), &message);
 }
 
-/// Prints a line to the standard error. That nobody hears it, as when it goes into a file on a full disk,
-/// changes nothing of what is told.
-fn tell(line: &str) {
-    let _ = writeln!(anstream::stderr(), "{line}");
+/// Prints a message to the standard error, on one line whatever is in it. That nobody reads it, as when it goes
+/// into a file on a full disk, changes nothing.
+fn tell(head: &str, message: &str) {
+    let _ = writeln!(anstream::stderr(), "{head} {}", escape::line(message));
 }
 
 #[cfg(test)]

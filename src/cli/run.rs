@@ -7,11 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::args::RunArgs;
+use super::audit;
 use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::{OutputFile, check_all};
 use super::progress::{Progress, Teller};
 use super::report::{self, FileReport, RunReport};
+use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::sound::Source;
@@ -73,6 +75,9 @@ fn execute(
 ) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
+    if args.strict && !audit::is_audited(&scene) {
+        return Err(CliError::NotAudited);
+    }
     let [save, npz, wav, json] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [
@@ -121,10 +126,10 @@ fn execute(
             shown(recording.path())
         ))?;
     }
-    if summary.interrupted {
-        return Err(CliError::Interrupted);
+    match summary.interrupted {
+        true => audit::judge(&summary, false).and(Err(CliError::Interrupted)),
+        false => audit::judge(&summary, args.strict),
     }
-    Ok(())
 }
 
 /// The scene asked for, with what the command line changes of it.
@@ -170,11 +175,10 @@ pub(super) fn command_line() -> String {
 
 /// A path as one word of a shell.
 pub(super) fn shown(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    if path.contains(char::is_whitespace) {
-        format!("\"{path}\"")
-    } else {
-        path.into_owned()
+    let path = escape::path(path);
+    match path.contains(char::is_whitespace) {
+        true => format!("\"{path}\""),
+        false => path,
     }
 }
 

@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
@@ -54,7 +55,8 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
-    let files = Files::check(args.scene.as_deref().map(OsStr::new), &args.outputs)?;
+    let scene = args.scene.as_deref().map(OsStr::new);
+    let files = Files::check(scene, &args.outputs, &names(&plan, tools))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
     deliver(
@@ -82,6 +84,7 @@ pub(super) fn work_through(
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
     let known = known(work.resume, plan, files.table.path())?;
+    engine::start_pool()?;
     interrupt::work_begins();
     let mut notes = Notes {
         table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
@@ -136,7 +139,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs)?;
+    let files = Files::check(None, &args.outputs, &names(&plan, tools))?;
     // What an earlier merge has made may be made again; anything else is kept.
     let out = files.table.path();
     let own = read_table(out).is_ok_and(|table| table.identity == identity);
@@ -154,6 +157,12 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         tools,
         (Shard::WHOLE, false),
     )
+}
+
+/// Stems of the names of the figures, which do not depend on the points.
+fn names(plan: &SweepPlan, tools: &Tools) -> Vec<String> {
+    let figures = (tools.draw)(plan, &[]).into_iter();
+    figures.map(|figure| figure.name).collect()
 }
 
 /// A recording has one timeline, and so a sweep that is recorded has one parameter.
@@ -176,7 +185,12 @@ pub(super) struct Files {
 }
 
 impl Files {
-    pub fn check(input: Option<&OsStr>, outputs: &SweepOutputs) -> Result<Self, CliError> {
+    /// Checks all of them; `figures` are the stems of the names of the figures.
+    pub fn check(
+        input: Option<&OsStr>,
+        outputs: &SweepOutputs,
+        figures: &[String],
+    ) -> Result<Self, CliError> {
         let csv = outputs.out.with_extension("csv");
         let ending = outputs
             .out
@@ -193,7 +207,8 @@ impl Files {
             .as_deref()
             .filter(|path| *path != Path::new("-"));
         if let Some(directory) = &outputs.figures {
-            check_directory(directory, "--figures")?;
+            let names = outputs.drawn.names(figures, &STUDY);
+            check_directory(directory, "--figures", &names)?;
         }
         let [table, csv, json, save] = check_all(
             input,
@@ -204,6 +219,9 @@ impl Files {
                 ("--save", outputs.save.as_deref()),
             ],
         )?;
+        if save.is_some() {
+            engine::check_memory()?;
+        }
         match (table, csv) {
             (Some(table), Some(csv)) => Ok(Self {
                 table,

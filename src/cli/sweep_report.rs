@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::lyapunov_report::in_brief;
 use super::report::{FileReport, Report, list_files};
 use crate::VERSION;
+use crate::escape;
 use crate::study::sweep::{Shard, Start, SweepPlan, SweepPoint};
 
 const NAME: Style = Style::new().bold();
@@ -193,7 +194,7 @@ impl Report for SweepReport {
     fn text(&self) -> String {
         let mut text = format!(
             "{NAME}{}{NAME:#} over {}\n",
-            self.scene,
+            escape::line(&self.scene),
             self.axes.join(" and ")
         );
         if self.points_known < self.points_of_part {

@@ -1,16 +1,19 @@
 //! The controls of a live run in the terminal: keys, and the main numbers.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, stdout};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{self, EnterAlternateScreen};
+use ratatui::layout::{Constraint, Layout, Rect, Size};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
-use ratatui::{DefaultTerminal, Frame};
+use ratatui::{DefaultTerminal, Frame, TerminalOptions, Viewport};
 
 use super::plain;
+use crate::escape;
 use crate::live::{Command, HARD, PACES, Panel, Session};
 
 /// How much a key tilts, degrees; with Shift, five times as much.
@@ -21,6 +24,9 @@ const AIMED: Duration = Duration::from_millis(500);
 const FASTER: f64 = 1.25;
 /// Lines that a key scrolls.
 const PAGE: u16 = 5;
+/// Columns and rows that are drawn on, at most; the rest of a larger terminal stays empty. Each takes memory,
+/// and a terminal may claim 65535 of both.
+const LARGEST: [u16; 2] = [400, 200];
 /// Contact nodes that stick, slip, are open: as in the recording.
 const NODES: [(Color, &str); 3] = [
     (Color::Rgb(255, 165, 58), "stick"),
@@ -57,8 +63,12 @@ impl Terminal {
     /// # Errors
     /// When it is none, or cannot be drawn on.
     pub fn open(page: Option<String>) -> io::Result<Self> {
+        let (columns, rows) = terminal::size()?;
+        let viewport = Viewport::Fixed(drawn_area(Size::new(columns, rows)));
+        let opened = ratatui::try_init_with_options(TerminalOptions { viewport })
+            .and_then(|terminal| execute!(stdout(), EnterAlternateScreen).map(|()| terminal));
         Ok(Self {
-            terminal: ratatui::try_init()?,
+            terminal: opened.inspect_err(|_| ratatui::restore())?,
             refused: None,
             aim: None,
             page,
@@ -80,6 +90,10 @@ impl Terminal {
         }
         let (refused, page) = (self.refused.as_deref(), self.page.as_deref());
         let scrolled = &mut self.scrolled.0;
+        let area = drawn_area(self.terminal.size()?);
+        if self.terminal.get_frame().area() != area {
+            self.terminal.resize(area)?;
+        }
         self.terminal
             .draw(|frame| draw(frame, &panel, page, refused, scrolled))?;
         // Never waited for here: the library would not come back from a terminal that is closed meanwhile.
@@ -116,6 +130,12 @@ impl Drop for Terminal {
     fn drop(&mut self) {
         ratatui::restore();
     }
+}
+
+/// What is drawn on of a terminal.
+fn drawn_area(size: Size) -> Rect {
+    let [columns, rows] = LARGEST;
+    Rect::new(0, 0, size.width.min(columns), size.height.min(rows))
 }
 
 /// What a key asks for.
@@ -171,18 +191,18 @@ fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
         KeyCode::PageDown => Asked::Scroll(PAGE as i16),
         KeyCode::Char(letter) => match letter.to_ascii_lowercase() {
             'q' => Asked::Told(Told::Quit),
-            ' ' if panel.paused => Asked::Command(Command::Resume),
-            ' ' => Asked::Command(Command::Pause),
-            '.' => Asked::Command(Command::Step),
+            ' ' if panel.paused => Asked::Command(Command::Resume {}),
+            ' ' => Asked::Command(Command::Pause {}),
+            '.' => Asked::Command(Command::Step {}),
             'k' => Asked::Command(Command::Kick {
                 mm_per_s: shift.then_some(HARD),
             }),
-            'r' => Asked::Command(Command::Reset),
+            'r' => Asked::Command(Command::Reset {}),
             'e' => Asked::Command(Command::Neighbours {
                 follow: panel.neighbours != Some(true),
             }),
-            'f' if panel.recording.is_some() => Asked::Command(Command::StopRecording),
-            'f' => Asked::Command(Command::Record),
+            'f' if panel.recording.is_some() => Asked::Command(Command::StopRecording {}),
+            'f' => Asked::Command(Command::Record {}),
             'n' => scene(1),
             'p' => scene(scenes.len().saturating_sub(1)),
             '1' => pace(1.0),
@@ -230,6 +250,13 @@ fn draw(
                 PgUp PgDn words  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
+    // The library leaves out control characters, but not those that turn a line round.
+    for cell in &mut frame.buffer_mut().content {
+        if cell.symbol().contains(escape::is_hidden) {
+            let seen = cell.symbol().replace(escape::is_hidden, "");
+            cell.set_symbol(&seen);
+        }
+    }
 }
 
 fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
@@ -378,7 +405,7 @@ mod tests {
         assert_eq!(press(KeyCode::Char('4'), none), pace(1000.0));
         assert_eq!(
             press(KeyCode::Char(' '), none),
-            Asked::Command(Command::Pause)
+            Asked::Command(Command::Pause {})
         );
         let scene = |name: &str| {
             Asked::Command(Command::Scene {
@@ -394,6 +421,29 @@ mod tests {
         assert_eq!(interrupt, Asked::Told(Told::Interrupt));
         assert_eq!(press(KeyCode::Char('x'), none), Asked::Nothing);
         assert_eq!(press(KeyCode::PageDown, none), Asked::Scroll(5));
+    }
+
+    /// Whatever a scene's file says, nothing but what is seen goes to the terminal.
+    #[test]
+    fn foreign_text_is_not_obeyed() {
+        let evil = || "a\u{1b}[2J\u{9b}1m\u{202e}b\u{2066}c\nd".to_owned();
+        let panel = Panel {
+            scene: evil(),
+            title: evil(),
+            words: evil(),
+            recording: Some(evil()),
+            regime: Some(evil()),
+            ..panel()
+        };
+        let mut terminal = ratatui::Terminal::new(TestBackend::new(100, 30)).unwrap();
+        let told = evil();
+        terminal
+            .draw(|frame| draw(frame, &panel, Some(&told), Some(&told), &mut 0))
+            .unwrap();
+        let cells = &terminal.backend().buffer().content;
+        let hidden = |c: char| c.is_control() || "\u{202e}\u{2066}".contains(c);
+        let found = cells.iter().find(|cell| cell.symbol().contains(hidden));
+        assert!(found.is_none(), "{found:?}");
     }
 
     #[test]
@@ -428,6 +478,32 @@ mod tests {
             ] {
                 assert!(text.contains(part), "{part}:\n{text}");
             }
+        }
+    }
+
+    #[test]
+    fn a_terminal_may_be_of_any_size() {
+        use ratatui::backend::CrosstermBackend;
+
+        let size = |(columns, rows)| drawn_area(Size::new(columns, rows));
+        let viewport = Viewport::Fixed(size((80, 25)));
+        let backend = CrosstermBackend::new(Vec::new());
+        let options = TerminalOptions { viewport };
+        let mut terminal = ratatui::Terminal::with_options(backend, options).unwrap();
+        let most = u16::MAX;
+        for claimed in [
+            (0, 0),
+            (1, 1),
+            (most, 0),
+            (most, 1),
+            (1, most),
+            (most, most),
+            (80, 25),
+        ] {
+            terminal.resize(size(claimed)).unwrap();
+            let drawn = terminal.draw(|frame| draw(frame, &panel(), None, None, &mut 0));
+            let cells = drawn.unwrap().buffer.content.len();
+            assert!(cells <= 80_000, "{claimed:?}: {cells}");
         }
     }
 }

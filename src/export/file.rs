@@ -18,7 +18,7 @@ pub struct OutputError {
 /// stays until the new one is whole.
 ///
 /// # Errors
-/// If the folder or the file cannot be written; the old file is then untouched.
+/// If the folder or the file cannot be written, or the old file is write-protected, which is then untouched.
 pub fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -26,6 +26,9 @@ pub fn replace_file(
     let attempt = || {
         if path.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
+        }
+        if is_protected(path) {
+            return Err(io::ErrorKind::PermissionDenied.into());
         }
         let file = temporary_beside(path)?;
         let mut writer = BufWriter::new(file.as_file());
@@ -36,6 +39,16 @@ pub fn replace_file(
         Ok(())
     };
     attempt().map_err(|source| failed(path, source))
+}
+
+/// Whether a file is there that may not be written to. A folder that may be written to would let it be replaced all
+/// the same, and root may write to anything: so its mode counts, too.
+pub fn is_protected(path: &Path) -> bool {
+    let refused = |fault: io::Error| fault.kind() == io::ErrorKind::PermissionDenied;
+    path.metadata().is_ok_and(|there| {
+        let open = || File::options().append(true).open(path);
+        there.is_file() && (there.permissions().readonly() || open().is_err_and(refused))
+    })
 }
 
 /// What it is that a file could not be written.
@@ -121,6 +134,22 @@ mod tests {
         );
         replace_file(&path, |f| f.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn a_protected_file_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept.json");
+        assert!(!is_protected(&path));
+        std::fs::write(&path, "old").unwrap();
+        assert!(!is_protected(&path));
+        let mut permissions = path.metadata().unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&path, permissions).unwrap();
+        assert!(is_protected(&path));
+        let fault = replace_file(&path, |f| f.write_all(b"new")).unwrap_err();
+        assert_eq!(fault.source.kind(), io::ErrorKind::PermissionDenied);
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
     }
 
     #[test]

@@ -52,6 +52,15 @@ pub enum FemError {
         /// The smallest size allowed at this order, m.
         smallest: f64,
     },
+    /// The matrices would not fit into memory.
+    #[error(
+        "the finite elements take about {megabytes} MB, which the system refuses: use larger elements or fewer \
+         modes, or raise the limit of memory"
+    )]
+    Memory {
+        /// What they take, MB.
+        megabytes: usize,
+    },
     /// More modes asked for than the mesh has degrees of freedom.
     #[error(
         "{wanted} {harmonic} modes asked for, but the mesh resolves {available}: \

@@ -36,6 +36,7 @@ impl Section {
             return Ok(Vec::new());
         }
         let dofs = DofMap::new(self, harmonic);
+        check_memory(dofs.len, count)?;
         let pencil = Pencil::assemble(self, material, harmonic, &dofs);
         let rigid: Vec<Vec<f64>> = harmonic
             .rigid_motions(self)
@@ -64,6 +65,20 @@ impl Section {
             })
             .collect())
     }
+}
+
+/// Makes sure that there is memory for so many modes of so many degrees of freedom: later the allocator would end
+/// the program.
+fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
+    /// What the matrices and their factor take a degree of freedom, bytes: measured at order 4.
+    const MATRICES: usize = 4500;
+    // Vectors of the Lanczos process, each as it is and times the mass matrix.
+    let vectors = 2 * size_of::<f64>() * (30 + 2 * modes);
+    let bytes = dofs.saturating_mul(MATRICES + vectors);
+    let room = Vec::<u8>::new().try_reserve_exact(bytes);
+    room.map_err(|_| FemError::Memory {
+        megabytes: bytes / 1_000_000,
+    })
 }
 
 /// Refuses constants that no stable elastic material has.

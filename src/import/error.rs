@@ -5,6 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::format::KNOWN;
+use crate::memory::MemoryShortage;
 
 /// Why a file gives no signal.
 #[derive(Debug, thiserror::Error)]
@@ -26,12 +27,14 @@ pub enum Problem {
     /// It is a directory.
     #[error("this is a directory; give the path of a file in it")]
     Directory,
-    /// The path is that of a device.
-    #[error("this is a device, which may never end; give a file, or a pipe into which it is read")]
+    /// The path is that of a device, a pipe or a socket.
+    #[error(
+        "this is a device or a pipe, which cannot be read twice and may never end; copy it into a file"
+    )]
     Device,
     /// The system does not let it be read.
     #[error("the file cannot be read ({0}); check its permissions")]
-    Unreadable(io::Error),
+    Unreadable(#[from] io::Error),
     /// No byte in it.
     #[error("the file is empty; record or export it again")]
     Empty,
@@ -88,6 +91,47 @@ pub enum Problem {
         /// Fields of the first row.
         need: usize,
     },
+    /// A line of text that is no row of samples.
+    #[error(
+        "line {line} is longer than {most} bytes; check that this is text with one row of samples a line"
+    )]
+    LongLine {
+        /// Line, from 1.
+        line: u64,
+        /// The longest that is read, bytes.
+        most: usize,
+    },
+    /// More columns than anything measures.
+    #[error("there are {have} columns, and {most} are read; save fewer")]
+    TooManyColumns {
+        /// How many.
+        have: usize,
+        /// The most that are read.
+        most: usize,
+    },
+    /// More samples than are to be read.
+    #[error(
+        "{have} samples are selected, above the limit of {most}; select a stretch with --from and --to, or raise the limit with --max-samples"
+    )]
+    TooManySamples {
+        /// How many.
+        have: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// More samples than fit into the memory.
+    #[error(
+        "the {samples} samples selected do not fit into memory: {shortage}; select a stretch with --from and --to"
+    )]
+    Memory {
+        /// How many.
+        samples: usize,
+        /// By how much.
+        shortage: MemoryShortage,
+    },
+    /// It changed between two passes.
+    #[error("the file changed while it was read; wait until it is complete")]
+    Changed,
     /// Text where a number ought to be.
     #[error(
         "line {line}, column `{column}`: `{text}` is not a number; correct the line, or put # before it if it is a remark"

@@ -1,7 +1,8 @@
 //! Which format a file has: its content decides, its name may lie.
 
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
-use std::{fs, io};
 
 use super::Problem;
 
@@ -23,8 +24,8 @@ pub enum Format {
     Rrd,
 }
 
-/// How much of the beginning tells text from other bytes.
-const TASTE: usize = 8192;
+/// How much of the beginning tells the format.
+const HEAD: usize = 8192;
 
 impl Format {
     /// The format of a file.
@@ -32,11 +33,21 @@ impl Format {
     /// # Errors
     /// If it cannot be read, is empty or of no known format.
     pub fn of(path: &Path) -> Result<Self, Problem> {
-        Self::of_bytes(&bytes(path)?, path)
+        Self::of_content(&mut open(path)?, path)
     }
 
-    /// The format of a content; `path` is for the message.
-    pub(super) fn of_bytes(bytes: &[u8], path: &Path) -> Result<Self, Problem> {
+    /// The format of a content, from its first byte on, and back there; `path` is for the message.
+    pub(super) fn of_content(
+        content: &mut (impl Read + Seek),
+        path: &Path,
+    ) -> Result<Self, Problem> {
+        let mut head = Vec::new();
+        content.by_ref().take(HEAD as u64).read_to_end(&mut head)?;
+        content.seek(SeekFrom::Start(0))?;
+        if head.is_empty() {
+            return Err(Problem::Empty);
+        }
+        let bytes = &head[..];
         let begins = |magic: &[u8]| bytes.starts_with(magic);
         let is_riff = [b"RIFF", b"RF64"].iter().any(|magic| begins(*magic));
         if is_riff && bytes.get(8..12) == Some(b"WAVE") {
@@ -59,38 +70,62 @@ impl Format {
     }
 }
 
-/// Whether no byte at the beginning is a control character other than those of text.
+/// Whether no byte is a control character other than those of text.
 fn is_text(bytes: &[u8]) -> bool {
     let control = |&byte: &u8| byte < 32 && !byte.is_ascii_whitespace();
-    !bytes.iter().take(TASTE).any(control)
+    !bytes.iter().any(control)
 }
 
-/// The content of a file.
-pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, Problem> {
-    if path.is_dir() {
-        return Err(Problem::Directory);
-    }
-    // Some devices never end. A pipe may be what another program writes into.
-    if fs::metadata(path).is_ok_and(|about| is_device(about.file_type())) {
-        return Err(Problem::Device);
-    }
-    let bytes = fs::read(path).map_err(|error| match error.kind() {
+/// Opens a file.
+pub(super) fn open(path: &Path) -> Result<File, Problem> {
+    let failed = |error: io::Error| match error.kind() {
         io::ErrorKind::NotFound => Problem::Missing,
         _ => Problem::Unreadable(error),
-    })?;
-    if bytes.is_empty() {
-        return Err(Problem::Empty);
+    };
+    // Before it is opened, which a pipe does not return from.
+    let about = path.metadata().map_err(failed)?;
+    if about.is_dir() {
+        return Err(Problem::Directory);
     }
-    Ok(bytes)
+    if !about.is_file() {
+        return Err(Problem::Device);
+    }
+    File::open(path).map_err(failed)
 }
 
-#[cfg(unix)]
-fn is_device(kind: fs::FileType) -> bool {
-    use std::os::unix::fs::FileTypeExt as _;
-    kind.is_char_device() || kind.is_block_device()
+/// A file that reports the share of it, 0 to 1, that lies before the place last read.
+pub(super) struct Reported<'a> {
+    file: File,
+    length: u64,
+    at: u64,
+    progress: &'a mut dyn FnMut(f64),
 }
 
-#[cfg(not(unix))]
-fn is_device(_: fs::FileType) -> bool {
-    false
+impl<'a> Reported<'a> {
+    pub fn new(mut file: File, progress: &'a mut dyn FnMut(f64)) -> io::Result<Self> {
+        let length = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(0))?;
+        Ok(Self {
+            file,
+            length,
+            at: 0,
+            progress,
+        })
+    }
+}
+
+impl Read for Reported<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.at += count as u64;
+        (self.progress)((self.at as f64 / self.length.max(1) as f64).min(1.0));
+        Ok(count)
+    }
+}
+
+impl Seek for Reported<'_> {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.at = self.file.seek(place)?;
+        Ok(self.at)
+    }
 }

@@ -11,6 +11,22 @@
 //! the room that knows them; [`Table`] takes what it finds.
 //!
 //! Everything is checked here, once: a [`Signal`] is finite and uniform in time.
+//!
+//! # Memory
+//!
+//! Files are read in blocks, and nothing is held but the samples selected: 8 bytes each, however few they
+//! have in the file or in its archive, and a few MB whatever the file. So a file may be far larger than the
+//! memory, and a small one may not claim it:
+//!
+//! | what | limit |
+//! |---|---|
+//! | samples selected | [`Selection::max_samples`], [`MAX_SAMPLES`] if not given, and what memory is available |
+//! | a line of text | 1 MiB |
+//! | columns | 16,384; channels of a WAV 65,535 |
+//! | the header of an array | 65,535 bytes |
+//!
+//! What is above a limit is refused with both numbers before it is held. A file is gone through several
+//! times, so that pipes and devices are refused.
 
 mod clock;
 mod error;
@@ -21,12 +37,22 @@ mod text;
 mod units;
 mod wav;
 
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 pub use clock::Clock;
 pub use error::{ImportError, Problem};
 pub use format::Format;
 pub use table::{Column, Table};
+
+/// The most samples that are read unless [`Selection::max_samples`] says otherwise: 34 minutes at 48 kHz.
+pub const MAX_SAMPLES: usize = 100_000_000;
+
+/// The most columns that are told apart, as many as a sheet of a spreadsheet has.
+const MOST_COLUMNS: usize = 16_384;
+
+/// Bytes that are read at once.
+const BLOCK: usize = 1 << 16;
 
 /// A signal: uniform samples with a name and a unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,37 +92,61 @@ pub struct Selection {
     pub from: Option<f64>,
     /// Samples at this time of the file (s) and after it are left out.
     pub to: Option<f64>,
+    /// The most samples that are read, [`MAX_SAMPLES`] if not given.
+    pub max_samples: Option<usize>,
 }
 
 /// Reads a signal from a file.
 ///
 /// # Errors
 /// If the file cannot be read, is of no known [`Format`], or does not hold what is asked for:
-/// [`Problem`] tells file, place and remedy.
+/// [`Problem`] says place and remedy.
 pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportError> {
-    read(path, selection).map_err(|problem| ImportError {
+    read_signal_with(path, selection, &mut |_| ())
+}
+
+/// The same; `progress` gets the share of the file, 0 to 1, that this pass through it has read. A file is
+/// read up to six times: text with a clock most often.
+///
+/// # Errors
+/// As [`read_signal`].
+pub fn read_signal_with(
+    path: &Path,
+    selection: &Selection,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Signal, ImportError> {
+    read(path, selection, progress).map_err(|problem| ImportError {
         path: path.to_owned(),
         problem,
     })
 }
 
-fn read(path: &Path, selection: &Selection) -> Result<Signal, Problem> {
-    let bytes = format::bytes(path)?;
-    let table = decode(&bytes, path)?;
-    table.signal(selection)
+fn read(
+    path: &Path,
+    selection: &Selection,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Signal, Problem> {
+    let file = format::Reported::new(format::open(path)?, progress)?;
+    decode(BufReader::with_capacity(BLOCK, file), path, selection)
 }
 
-/// All columns of a file's content; `path` gives a lone column its name.
-fn decode(bytes: &[u8], path: &Path) -> Result<Table, Problem> {
+/// The signal in a content; `path` gives a lone column its name.
+fn decode(
+    mut content: impl BufRead + Seek,
+    path: &Path,
+    selection: &Selection,
+) -> Result<Signal, Problem> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    match Format::of_bytes(bytes, path)? {
-        Format::Wav => wav::decode(bytes, &stem),
-        Format::Text => text::decode(bytes, &stem),
-        Format::Npy => npy::decode_npy(bytes, &stem),
-        Format::Npz => npy::decode_npz(bytes),
+    match Format::of_content(&mut content, path)? {
+        Format::Wav => table::read(&mut wav::Wav::open(content, &stem)?, selection),
+        Format::Text => table::read(&mut text::Text::open(content, &stem)?, selection),
+        Format::Npy => table::read(&mut npy::Npy::open(content, &stem)?, selection),
+        Format::Npz => table::read(&mut npy::Npz::open(content)?, selection),
         Format::Rrd => Err(Problem::Recording),
     }
 }
 
+#[cfg(test)]
+mod limits_tests;
 #[cfg(test)]
 mod tests;

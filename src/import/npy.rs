@@ -1,120 +1,319 @@
 //! NumPy arrays, one in a file or several.
 
-use std::io::{Cursor, Read};
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 
 use zip::ZipArchive;
+use zip::read::ZipFile;
 
-use super::{Clock, Column, Problem, Table, units};
-use crate::numpy::{ArrayProblem, RawArray};
+use super::clock::Timing;
+use super::table::{Heading, Source};
+use super::{MOST_COLUMNS, Problem, units};
+use crate::numpy::{ArrayProblem, ArrayReader};
 
 /// Names of a number that is the sample rate.
 const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
 
-/// The columns of a lone array.
-pub(super) fn decode_npy(bytes: &[u8], stem: &str) -> Result<Table, Problem> {
-    let array = read(bytes, stem)?;
-    let columns = match array.shape.len() {
-        1 => array.columns(stem)?,
-        _ => array.columns("")?,
-    };
-    if columns.is_empty() {
-        return Err(Problem::NoSamples("a single number"));
-    }
-    Ok(Table {
-        columns,
-        clock: Clock::Unknown,
-    })
+/// A lone array.
+pub(super) struct Npy<R> {
+    content: R,
+    layout: Layout,
+    /// Name of a lone column.
+    stem: String,
 }
 
-/// The columns of named arrays.
-pub(super) fn decode_npz(bytes: &[u8]) -> Result<Table, Problem> {
-    let damaged = |what: String| Problem::Damaged {
-        format: ".npz",
-        what,
-    };
-    let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(e.to_string()))?;
-    let mut columns = Vec::new();
-    let mut clock = Clock::Unknown;
-    for index in 0..zip.len() {
-        let mut entry = zip.by_index(index).map_err(|e| damaged(e.to_string()))?;
-        let entry_name = entry
-            .name()
-            .map_err(|e| damaged(e.to_string()))?
-            .into_owned();
-        let Some(name) = entry_name.strip_suffix(".npy") else {
-            continue;
+impl<R: Read + Seek> Npy<R> {
+    pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
+        let layout = Layout::of(&open_file(&mut content, stem)?)?;
+        let array = Self {
+            content,
+            layout,
+            stem: stem.to_owned(),
         };
-        let mut content = Vec::new();
-        entry
-            .read_to_end(&mut content)
-            .map_err(|e| damaged(format!("array `{name}`: {e}")))?;
-        let array = read(&content, name)?;
-        let (bare, unit) = units::split(name);
-        let second = units::seconds(unit).filter(|_| units::is_time(bare));
-        match (array.shape.len(), second) {
-            (1, Some(second)) => {
-                let largest = array.values.iter().fold(0.0_f64, |max, t| max.max(t.abs()));
-                clock = Clock::Times {
-                    resolution: array.rounding * largest * second,
-                    times: array.values.iter().map(|t| t * second).collect(),
-                };
-            }
-            (0, _) if RATES.contains(&name) && clock == Clock::Unknown => {
-                clock = Clock::Rate(array.values[0]);
-            }
-            _ => columns.extend(array.columns(name)?),
+        match array.layout.columns {
+            0 => Err(Problem::NoSamples("a single number")),
+            _ => Ok(array),
         }
     }
-    if columns.is_empty() {
-        return Err(Problem::NoSamples("an archive without an array of samples"));
-    }
-    Ok(Table { columns, clock })
 }
 
-impl RawArray {
-    /// One column, or those of two axes, the longer of which is the time; none of a single number.
-    fn columns(self, name: &str) -> Result<Vec<Column>, Problem> {
-        let column = |name: String, values| {
-            let (bare, unit) = units::split(&name);
-            Column {
-                name: bare.to_owned(),
-                unit: unit.to_owned(),
-                values,
-                header: name.clone(),
-            }
-        };
-        match self.shape[..] {
-            [] => Ok(Vec::new()),
-            [_] => Ok(vec![column(name.to_owned(), self.values)]),
-            [rows, places] => {
-                let along_rows = rows >= places;
-                let count = rows.min(places);
-                // Where the axis that changes faster in the file is that of the columns.
-                let interleaved = along_rows != self.fortran;
-                let of = |k: usize| -> Vec<f64> {
-                    if interleaved {
-                        self.values.iter().skip(k).step_by(count).copied().collect()
-                    } else {
-                        self.values[k * rows.max(places)..][..rows.max(places)].to_vec()
+/// The array of a file, from its begin on.
+fn open_file<'a, R: Read + Seek>(
+    content: &'a mut R,
+    name: &str,
+) -> Result<ArrayReader<&'a mut R>, Problem> {
+    let length = content.seek(SeekFrom::End(0))?;
+    content.seek(SeekFrom::Start(0))?;
+    opened(ArrayReader::open(content, length), name)
+}
+
+impl<R: Read + Seek> Source for Npy<R> {
+    fn headings(&self) -> Vec<Heading> {
+        match self.layout.is_lone {
+            true => self.layout.headings(&self.stem),
+            false => self.layout.headings(""),
+        }
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Unknown
+    }
+
+    fn times(&mut self, _: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+        Ok(())
+    }
+
+    fn samples(
+        &mut self,
+        column: usize,
+        stretch: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        let array = open_file(&mut self.content, &self.stem)?;
+        let end = self.layout.place(column, stretch.end - 1) + 1;
+        let read = self.layout.visit(array.take(end), column, stretch, each);
+        read.map_err(|p| problem(p, &self.stem))
+    }
+}
+
+/// Named arrays.
+pub(super) struct Npz<R> {
+    zip: ZipArchive<R>,
+    /// Those with columns.
+    arrays: Vec<Entry>,
+    clock: EntryClock,
+}
+
+/// An array in an archive.
+struct Entry {
+    index: usize,
+    name: String,
+    layout: Layout,
+}
+
+/// What an archive says of times.
+enum EntryClock {
+    Unknown,
+    Rate(f64),
+    Times {
+        entry: Entry,
+        /// Unit, s.
+        second: f64,
+        /// Relative rounding of their type.
+        rounding: f64,
+    },
+}
+
+impl<R: Read + Seek> Npz<R> {
+    pub fn open(content: R) -> Result<Self, Problem> {
+        let mut zip = ZipArchive::new(content).map_err(archive)?;
+        let mut arrays = Vec::new();
+        let mut clock = EntryClock::Unknown;
+        let mut columns = 0;
+        for index in 0..zip.len() {
+            let entry = zip.by_index(index).map_err(archive)?;
+            let entry_name = entry.name().map_err(archive)?.into_owned();
+            drop(entry);
+            let Some(name) = entry_name.strip_suffix(".npy") else {
+                continue;
+            };
+            let mut array = open_entry(&mut zip, index, name)?;
+            let (bare, unit) = units::split(name);
+            let second = units::seconds(unit).filter(|_| units::is_time(bare));
+            let rounding = array.rounding();
+            let entry = Entry {
+                index,
+                name: name.to_owned(),
+                layout: Layout::of(&array)?,
+            };
+            match (array.shape().len(), second) {
+                (1, Some(second)) => {
+                    clock = EntryClock::Times {
+                        entry,
+                        second,
+                        rounding,
+                    };
+                }
+                (0, _) if RATES.contains(&name) && matches!(clock, EntryClock::Unknown) => {
+                    if let Some(rate) = array.next() {
+                        clock = EntryClock::Rate(rate.map_err(|p| problem(p, name))?);
                     }
-                };
-                let label = |k: usize| match name {
-                    "" => k.to_string(),
-                    name => format!("{name}[{k}]"),
-                };
-                Ok((0..count).map(|k| column(label(k), of(k))).collect())
+                }
+                _ => {
+                    columns += entry.layout.columns;
+                    at_most(columns)?;
+                    arrays.push(entry);
+                }
             }
-            _ => Err(Problem::Unsupported {
-                what: format!("an array of {} axes", self.shape.len()),
-                remedy: "save a single column, or one column beside the other",
-            }),
         }
+        if columns == 0 {
+            return Err(Problem::NoSamples("an archive without an array of samples"));
+        }
+        Ok(Self { zip, arrays, clock })
     }
 }
 
-/// Reads one array that is not empty; `name` is for messages.
-fn read(bytes: &[u8], name: &str) -> Result<RawArray, Problem> {
-    let array = RawArray::decode(bytes).map_err(|problem| match problem {
+/// The array at a place of an archive.
+fn open_entry<'a, R: Read + Seek>(
+    zip: &'a mut ZipArchive<R>,
+    index: usize,
+    name: &str,
+) -> Result<ArrayReader<ZipFile<'a, R>>, Problem> {
+    let entry = zip.by_index(index).map_err(archive)?;
+    let length = entry.size();
+    opened(ArrayReader::open(entry, length), name)
+}
+
+impl<R: Read + Seek> Source for Npz<R> {
+    fn headings(&self) -> Vec<Heading> {
+        let headings = |entry: &Entry| entry.layout.headings(&entry.name);
+        self.arrays.iter().flat_map(headings).collect()
+    }
+
+    fn timing(&self) -> Timing {
+        match &self.clock {
+            EntryClock::Unknown => Timing::Unknown,
+            EntryClock::Rate(rate) => Timing::Rate(*rate),
+            EntryClock::Times {
+                entry, rounding, ..
+            } => Timing::Times {
+                count: entry.layout.length,
+                resolution: 0.0,
+                relative: *rounding,
+            },
+        }
+    }
+
+    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+        let EntryClock::Times { entry, second, .. } = &self.clock else {
+            return Ok(());
+        };
+        for time in open_entry(&mut self.zip, entry.index, &entry.name)? {
+            each(time.map_err(|p| problem(p, &entry.name))? * second);
+        }
+        Ok(())
+    }
+
+    fn samples(
+        &mut self,
+        column: usize,
+        stretch: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        let mut column = column;
+        for entry in &self.arrays {
+            if column < entry.layout.columns {
+                let array = open_entry(&mut self.zip, entry.index, &entry.name)?;
+                let read = entry.layout.visit(array, column, stretch, each);
+                return read.map_err(|p| problem(p, &entry.name));
+            }
+            column -= entry.layout.columns;
+        }
+        Ok(())
+    }
+}
+
+/// Where the columns of an array are: one axis is a column; of two the longer is the time.
+struct Layout {
+    is_lone: bool,
+    /// How many; none of a single number.
+    columns: usize,
+    /// Samples of each.
+    length: usize,
+    /// Whether samples of one instant lie together, rather than those of one column.
+    interleaved: bool,
+}
+
+impl Layout {
+    fn of<R: Read>(array: &ArrayReader<R>) -> Result<Self, Problem> {
+        if array.total() == 0 {
+            return Err(Problem::NoSamples("an empty array"));
+        }
+        let (columns, length, along_rows) = match *array.shape() {
+            [] => (0, 1, true),
+            [length] => (1, length, true),
+            [rows, places] => (rows.min(places), rows.max(places), rows >= places),
+            _ => {
+                return Err(Problem::Unsupported {
+                    what: format!("an array of {} axes", array.shape().len()),
+                    remedy: "save a single column, or one column beside the other",
+                });
+            }
+        };
+        at_most(columns)?;
+        Ok(Self {
+            is_lone: array.shape().len() == 1,
+            columns,
+            length,
+            interleaved: along_rows != array.fortran(),
+        })
+    }
+
+    /// The columns of an array of this name: `name`, or `name[0]`, `name[1]`, ...
+    fn headings(&self, name: &str) -> Vec<Heading> {
+        let label = |k: usize| match name {
+            name if self.is_lone => name.to_owned(),
+            "" => k.to_string(),
+            name => format!("{name}[{k}]"),
+        };
+        let heading = |k| Heading::new(label(k), self.length);
+        (0..self.columns).map(heading).collect()
+    }
+
+    /// Where a sample of a column is.
+    fn place(&self, column: usize, sample: usize) -> usize {
+        match self.interleaved {
+            true => sample * self.columns + column,
+            false => column * self.length + sample,
+        }
+    }
+
+    /// Calls `each` for some samples of a column. All numbers given are read, to the end of an archived
+    /// array, where its checksum is compared.
+    fn visit(
+        &self,
+        numbers: impl Iterator<Item = Result<f64, ArrayProblem>>,
+        column: usize,
+        stretch: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), ArrayProblem> {
+        let mut samples = stretch;
+        let mut next = samples.next();
+        for (place, number) in numbers.enumerate() {
+            let number = number?;
+            if next.is_some_and(|sample| place == self.place(column, sample)) {
+                each(number);
+                next = samples.next();
+            }
+        }
+        Ok(())
+    }
+}
+
+fn at_most(columns: usize) -> Result<(), Problem> {
+    match columns > MOST_COLUMNS {
+        true => Err(Problem::TooManyColumns {
+            have: columns,
+            most: MOST_COLUMNS,
+        }),
+        false => Ok(()),
+    }
+}
+
+fn opened<T>(array: Result<T, ArrayProblem>, name: &str) -> Result<T, Problem> {
+    array.map_err(|p| problem(p, name))
+}
+
+fn archive(error: impl std::fmt::Display) -> Problem {
+    Problem::Damaged {
+        format: ".npz",
+        what: error.to_string(),
+    }
+}
+
+/// What is wrong with the array of a name.
+fn problem(problem: ArrayProblem, name: &str) -> Problem {
+    match problem {
         ArrayProblem::Unsupported(kind) => Problem::Unsupported {
             what: format!("the type {kind} of array `{name}`"),
             remedy: "save real numbers (a float or an integer type)",
@@ -129,9 +328,10 @@ fn read(bytes: &[u8], name: &str) -> Result<RawArray, Problem> {
             format: "NumPy",
             what: format!("array `{name}`: {what}"),
         },
-    })?;
-    if array.values.is_empty() {
-        return Err(Problem::NoSamples("an empty array"));
+        // Arrays are not held here.
+        other @ (ArrayProblem::TooLarge { .. } | ArrayProblem::Memory(_)) => Problem::Damaged {
+            format: "NumPy",
+            what: format!("array `{name}`: {other}"),
+        },
     }
-    Ok(array)
 }

@@ -6,63 +6,335 @@
 //! with `#` are remarks; the last one before the numbers names the columns if nothing else does
 //! and it has as many fields (as `numpy.savetxt` writes it). An empty field is a missing sample.
 
-use super::{Clock, Column, Problem, Table, clock, units};
+//!
+//! The first pass through the text finds columns, rows and digits; later ones give the times and the
+//! samples asked for, so that no column is held.
 
-/// All columns of a text.
-pub(super) fn decode(bytes: &[u8], stem: &str) -> Result<Table, Problem> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}');
-    let lines = || {
-        (1..)
-            .zip(text.lines())
-            .filter(|(_, l)| !l.trim().is_empty())
-    };
-    let rows = || lines().filter(|(_, line)| !line.starts_with('#'));
-    let (number, sample) = rows()
-        .find(|(_, line)| is_row_of_numbers(line))
-        .ok_or(Problem::NoSamples("headings or remarks"))?;
-    let separator = Separator::of(sample);
-    let mut count = separator.fields(sample).len();
-    let above: Vec<_> = rows().take_while(|(line, _)| *line < number).collect();
-    let (names, units_row) = headings(&above, separator)?;
-    let names = names.or_else(|| {
-        let (_, remark) = lines().take_while(|(line, _)| *line < number).last()?;
-        let names = separator.fields(remark.strip_prefix('#')?.trim());
-        (names.len() == count && count > 1).then_some(names)
-    });
-    // A separator too many at the end of each row makes no column.
-    let ends_empty = |fields: &[&str]| fields.last() == Some(&"");
-    if ends_empty(&separator.fields(sample)) && names.as_deref().is_none_or(ends_empty) {
-        count -= 1;
+use std::io::{BufRead, Read, Seek, SeekFrom};
+use std::ops::Range;
+
+use super::clock::{Timing, Uniform, uniform};
+use super::table::{Heading, Source};
+use super::{MOST_COLUMNS, Problem, units};
+
+/// The longest line, bytes: the most columns of 64 bytes each.
+const LONGEST_LINE: usize = 64 * MOST_COLUMNS;
+
+/// A text whose columns are known.
+pub(super) struct Text<R> {
+    content: R,
+    separator: Separator,
+    /// The line of the first row of numbers, from 1.
+    first: u64,
+    rows: usize,
+    /// Those of numbers, the times not among them.
+    columns: Vec<Named>,
+    time: Option<Time>,
+    /// Name of a lone column.
+    stem: String,
+}
+
+/// A column with what its heading says.
+struct Named {
+    /// Its place among the fields of a row.
+    field: usize,
+    header: String,
+    name: String,
+    unit: String,
+    seen: Seen,
+}
+
+/// The column of times.
+struct Time {
+    field: usize,
+    /// Its unit, s.
+    second: f64,
+    /// By how much a time may be off because of its digits, s.
+    resolution: f64,
+    /// What it comes to, if it was gone through.
+    uniform: Option<Uniform>,
+}
+
+impl<R: BufRead + Seek> Text<R> {
+    pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
+        let survey = Survey::of(&mut content)?;
+        let (separator, first, rows) = (survey.separator, survey.first, survey.rows);
+        let mut columns = survey.columns;
+        // Columns of words say nothing here, as long as there are others.
+        if columns.iter().any(|c| c.seen.count > 0) {
+            columns.retain(|c| c.seen.count > 0);
+        }
+        for column in &mut columns {
+            if let Some((line, text)) = column.seen.fault.take() {
+                return Err(Problem::NotANumber {
+                    line,
+                    column: column.header.clone(),
+                    text,
+                });
+            }
+        }
+        let mut text = Self {
+            content,
+            separator,
+            first,
+            rows,
+            columns,
+            time: None,
+            stem: stem.to_owned(),
+        };
+        if text.columns.len() > 1 {
+            text.find_time();
+        }
+        Ok(text)
     }
-    let mut columns: Vec<Reading> = Vec::new();
-    columns.resize_with(count, Reading::default);
-    for (line, row) in rows().skip_while(|(line, _)| *line < number) {
-        let fields = separator.fields(row);
-        let surplus = fields.len() == count + 1 && ends_empty(&fields);
-        if fields.len() != count && !surplus {
-            return Err(Problem::Ragged {
-                line,
-                have: fields.len(),
-                need: count,
+
+    /// Takes the time out of the columns, if one of them is.
+    fn find_time(&mut self) {
+        let second = |c: &Named| units::seconds(&c.unit).filter(|_| units::is_time(&c.name));
+        let mut seconds = self.columns.iter().map(second).enumerate();
+        let by_name = seconds.find_map(|(place, second)| Some((place, second?)));
+        let first = &self.columns[0];
+        let (field, resolution) = (first.field, first.seen.resolution());
+        if let Some((place, second)) = by_name {
+            let column = self.columns.remove(place);
+            self.time = Some(Time {
+                field: column.field,
+                second,
+                resolution: column.seen.resolution() * second,
+                uniform: None,
+            });
+        } else if first.seen.numbers_rows {
+            self.columns.remove(0);
+        } else {
+            let all = 0..self.rows;
+            let mut values = |each: &mut dyn FnMut(f64)| self.values(field, all.clone(), each);
+            let Ok(uniform) = uniform(&mut values, resolution, 0.0) else {
+                return;
+            };
+            self.columns.remove(0);
+            self.time = Some(Time {
+                field,
+                second: 1.0,
+                resolution,
+                uniform: Some(uniform),
             });
         }
-        for (column, field) in columns.iter_mut().zip(fields) {
-            column.take(field, line, separator);
+    }
+
+    /// Calls `each` for the numbers of a field in some rows; an empty one is a missing sample.
+    fn values(
+        &mut self,
+        field: usize,
+        rows: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        let (separator, first) = (self.separator, self.first);
+        let mut row = 0;
+        each_line(&mut self.content, |line, text| {
+            if line < first || is_remark(text) {
+                return Ok(true);
+            }
+            if rows.contains(&row) {
+                let field = separator.fields(text).nth(field);
+                each(field.and_then(|f| separator.number(f)).unwrap_or(f64::NAN));
+            }
+            row += 1;
+            Ok(row < rows.end)
+        })
+    }
+}
+
+impl<R: BufRead + Seek> Source for Text<R> {
+    fn headings(&self) -> Vec<Heading> {
+        let lone = self.columns.len() == 1;
+        let named = self.columns.iter().enumerate().map(|(place, c)| {
+            let name = match (c.name.is_empty(), lone) {
+                (false, _) => c.name.clone(),
+                (true, true) => self.stem.clone(),
+                (true, false) => place.to_string(),
+            };
+            Heading {
+                header: match c.header.is_empty() {
+                    true => name.clone(),
+                    false => c.header.clone(),
+                },
+                name,
+                unit: c.unit.clone(),
+                count: self.rows,
+            }
+        });
+        named.collect()
+    }
+
+    fn timing(&self) -> Timing {
+        match &self.time {
+            None => Timing::Unknown,
+            Some(Time {
+                uniform: Some(uniform),
+                ..
+            }) => Timing::Uniform(*uniform),
+            Some(time) => Timing::Times {
+                count: self.rows,
+                resolution: time.resolution,
+                relative: 0.0,
+            },
         }
     }
-    let named = columns.into_iter().enumerate().map(|(place, reading)| {
-        let header = *names.as_ref().and_then(|n| n.get(place)).unwrap_or(&"");
-        let (name, own_unit) = units::split(header);
-        let unit = units_row.as_ref().and_then(|u| bracketed(u.get(place)?));
-        Named {
-            header: header.to_owned(),
-            name: name.to_owned(),
-            unit: unit.unwrap_or(own_unit).to_owned(),
-            reading,
+
+    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+        let Some(Time { field, second, .. }) = self.time else {
+            return Ok(());
+        };
+        self.values(field, 0..self.rows, &mut |time| each(time * second))
+    }
+
+    fn samples(
+        &mut self,
+        column: usize,
+        stretch: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        self.values(self.columns[column].field, stretch, each)
+    }
+}
+
+/// Calls `each` with number (from 1) and text of every line that is not blank, until it says false.
+fn each_line(
+    content: &mut (impl BufRead + Seek),
+    mut each: impl FnMut(u64, &str) -> Result<bool, Problem>,
+) -> Result<(), Problem> {
+    content.seek(SeekFrom::Start(0))?;
+    let most = LONGEST_LINE + 1;
+    let mut bytes = Vec::new();
+    for line in 1.. {
+        bytes.clear();
+        Read::take(&mut *content, most as u64).read_until(b'\n', &mut bytes)?;
+        if bytes.is_empty() {
+            break;
         }
-    });
-    table(named.collect(), stem)
+        if bytes.len() == most && !bytes.ends_with(b"\n") {
+            return Err(Problem::LongLine {
+                line,
+                most: LONGEST_LINE,
+            });
+        }
+        let text = String::from_utf8_lossy(&bytes);
+        let text = match text.strip_suffix('\n') {
+            Some(text) => text.strip_suffix('\r').unwrap_or(text),
+            None => &text,
+        };
+        let text = match line {
+            1 => text.trim_start_matches('\u{feff}'),
+            _ => text,
+        };
+        if !text.trim().is_empty() && !each(line, text)? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn is_remark(line: &str) -> bool {
+    line.starts_with('#')
+}
+
+/// What the first pass finds.
+struct Survey {
+    separator: Separator,
+    /// The line of the first row of numbers.
+    first: u64,
+    rows: usize,
+    columns: Vec<Named>,
+}
+
+impl Survey {
+    fn of(content: &mut (impl BufRead + Seek)) -> Result<Self, Problem> {
+        let mut survey: Option<Self> = None;
+        // The first two rows above the numbers, and the last line there.
+        let mut above = Vec::new();
+        let mut last = String::new();
+        each_line(content, |line, text| {
+            match &mut survey {
+                Some(_) if is_remark(text) => {}
+                Some(survey) => survey.take(line, text)?,
+                None if !is_remark(text) && is_row_of_numbers(text) => {
+                    let begun = survey.insert(Self::begin(line, text, &above, &last)?);
+                    begun.take(line, text)?;
+                }
+                None => {
+                    if !is_remark(text) && above.len() < 2 {
+                        above.push((line, text.to_owned()));
+                    }
+                    text.clone_into(&mut last);
+                }
+            }
+            Ok(true)
+        })?;
+        survey.ok_or(Problem::NoSamples("headings or remarks"))
+    }
+
+    /// The columns by the first row of numbers and what is above it.
+    fn begin(
+        first: u64,
+        sample: &str,
+        above: &[(u64, String)],
+        last: &str,
+    ) -> Result<Self, Problem> {
+        let separator = Separator::of(sample);
+        let mut count = separator.fields(sample).count();
+        let (names, units_row) = headings(above, separator)?;
+        let names = names.or_else(|| {
+            let names: Vec<_> = separator.fields(last.strip_prefix('#')?.trim()).collect();
+            (names.len() == count && count > 1).then_some(names)
+        });
+        // A separator too many at the end of each row makes no column.
+        let named_empty = |names: &[&str]| names.last() == Some(&"");
+        if separator.fields(sample).last() == Some("") && names.as_deref().is_none_or(named_empty) {
+            count -= 1;
+        }
+        if count > MOST_COLUMNS {
+            return Err(Problem::TooManyColumns {
+                have: count,
+                most: MOST_COLUMNS,
+            });
+        }
+        let named = |field: usize| {
+            let header = *names.as_ref().and_then(|n| n.get(field)).unwrap_or(&"");
+            let (name, own_unit) = units::split(header);
+            let unit = units_row.as_ref().and_then(|u| bracketed(u.get(field)?));
+            Named {
+                field,
+                header: header.to_owned(),
+                name: name.to_owned(),
+                unit: unit.unwrap_or(own_unit).to_owned(),
+                seen: Seen::default(),
+            }
+        };
+        Ok(Self {
+            separator,
+            first,
+            rows: 0,
+            columns: (0..count).map(named).collect(),
+        })
+    }
+
+    /// Takes a row of numbers.
+    fn take(&mut self, line: u64, row: &str) -> Result<(), Problem> {
+        let need = self.columns.len();
+        let mut columns = self.columns.iter_mut();
+        let (mut have, mut last) = (0, "");
+        for field in self.separator.fields(row) {
+            if let Some(column) = columns.next() {
+                column.seen.take(field, line, self.separator);
+            }
+            (have, last) = (have + 1, field);
+        }
+        if have != need && !(have == need + 1 && last.is_empty()) {
+            return Err(Problem::Ragged { line, have, need });
+        }
+        self.rows += 1;
+        Ok(())
+    }
 }
 
 /// What parts the fields of a row.
@@ -80,18 +352,22 @@ impl Separator {
     }
 
     /// The fields of a row, without blanks and quotation marks about them.
-    fn fields(self, row: &str) -> Vec<&str> {
-        let Self::Character(separator) = self else {
-            return row.split_whitespace().collect();
-        };
+    fn fields(self, row: &str) -> impl Iterator<Item = &str> {
         let mut quoted = false;
-        let ends = |c: char| {
-            quoted ^= c == '"';
-            c == separator && !quoted
+        let ends = move |c: char| match self {
+            Self::Blanks => c.is_whitespace(),
+            Self::Character(separator) => {
+                quoted ^= c == '"';
+                c == separator && !quoted
+            }
         };
+        let blanks = self == Self::Blanks;
         row.split(ends)
-            .map(|f| f.trim().trim_matches('"').trim())
-            .collect()
+            .filter(move |field| !(blanks && field.is_empty()))
+            .map(move |field| match blanks {
+                true => field,
+                false => field.trim().trim_matches('"').trim(),
+            })
     }
 
     /// The number that a field says; commas that do not part fields may be decimal points.
@@ -107,20 +383,25 @@ impl Separator {
 /// Whether at least half of the fields are numbers.
 fn is_row_of_numbers(row: &str) -> bool {
     let separator = Separator::of(row);
-    let fields = separator.fields(row).into_iter().filter(|f| !f.is_empty());
-    let (numbers, words): (Vec<_>, Vec<_>) = fields.partition(|f| separator.number(f).is_some());
-    !numbers.is_empty() && numbers.len() >= words.len()
+    let (mut numbers, mut words) = (0, 0);
+    for field in separator.fields(row).filter(|f| !f.is_empty()) {
+        match separator.number(field) {
+            Some(_) => numbers += 1,
+            None => words += 1,
+        }
+    }
+    numbers > 0 && numbers >= words
 }
 
 /// The fields of a heading.
-type Heading<'a> = Option<Vec<&'a str>>;
+type Fields<'a> = Option<Vec<&'a str>>;
 
-/// Names and units from the rows above the numbers.
-fn headings<'a>(
-    rows: &[(u64, &'a str)],
+/// Names and units from the rows above the numbers, of which the first two are given.
+fn headings(
+    rows: &[(u64, String)],
     separator: Separator,
-) -> Result<(Heading<'a>, Heading<'a>), Problem> {
-    let fields = |row| separator.fields(row);
+) -> Result<(Fields<'_>, Fields<'_>), Problem> {
+    let fields = |row| separator.fields(row).collect::<Vec<_>>();
     match rows {
         [] => Ok((None, None)),
         [(_, names)] => Ok((Some(fields(names)), None)),
@@ -135,125 +416,78 @@ fn headings<'a>(
     }
 }
 
-/// A column with what its heading says.
-struct Named {
-    header: String,
-    name: String,
-    unit: String,
-    reading: Reading,
-}
-
-/// Finds the time among the columns and names those without a heading.
-fn table(mut columns: Vec<Named>, stem: &str) -> Result<Table, Problem> {
-    // Columns of words say nothing here, as long as there are others.
-    if columns.iter().any(|c| !c.reading.values.is_empty()) {
-        columns.retain(|c| !c.reading.values.is_empty());
-    }
-    for column in &mut columns {
-        if let Some((line, text)) = column.reading.fault.take() {
-            return Err(Problem::NotANumber {
-                line,
-                column: column.header.clone(),
-                text,
-            });
-        }
-    }
-    let mut clock = Clock::Unknown;
-    if columns.len() > 1 {
-        let second = |c: &Named| units::seconds(&c.unit).filter(|_| units::is_time(&c.name));
-        let by_name = columns.iter().position(|c| second(c).is_some());
-        let first = &columns[0].reading;
-        if let Some(place) = by_name {
-            let second = second(&columns[place]).unwrap_or(1.0);
-            clock = columns.remove(place).reading.clock(second);
-        } else if first.numbers_rows() {
-            columns.remove(0);
-        } else if clock::uniform(&first.values, first.resolution()).is_ok() {
-            clock = columns.remove(0).reading.clock(1.0);
-        }
-    }
-    let lone = columns.len() == 1;
-    let named = columns.into_iter().enumerate().map(|(place, c)| {
-        let name = match (c.name.is_empty(), lone) {
-            (false, _) => c.name,
-            (true, true) => stem.to_owned(),
-            (true, false) => place.to_string(),
-        };
-        Column {
-            header: if c.header.is_empty() {
-                name.clone()
-            } else {
-                c.header
-            },
-            name,
-            unit: c.unit,
-            values: c.reading.values,
-        }
-    });
-    Ok(Table {
-        columns: named.collect(),
-        clock,
-    })
-}
-
-/// One column while it is being read.
-#[derive(Default)]
-struct Reading {
-    values: Vec<f64>,
+/// What is seen of a column in the first pass.
+struct Seen {
+    /// Numbers and empty fields, up to the first that is neither.
+    count: usize,
     /// The first field that is no number, with its line.
     fault: Option<(u64, String)>,
+    /// The first number, and the largest magnitude.
+    first: f64,
+    largest: f64,
+    /// Whether it only counts the rows, 0, 1, 2, ... or 1, 2, 3, ...
+    numbers_rows: bool,
     /// The most digits behind the decimal point, less the exponent of ten.
     decimals: i32,
     /// The most digits that count.
     digits: i32,
 }
 
-impl Reading {
+impl Default for Seen {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            fault: None,
+            first: f64::NAN,
+            largest: 0.0,
+            numbers_rows: true,
+            decimals: 0,
+            digits: 0,
+        }
+    }
+}
+
+impl Seen {
     fn take(&mut self, field: &str, line: u64, separator: Separator) {
         if self.fault.is_some() {
             return;
         }
-        if field.is_empty() {
-            self.values.push(f64::NAN);
-        } else if let Some(value) = separator.number(field) {
-            let (mantissa, exponent) = field.split_once(['e', 'E']).unwrap_or((field, "0"));
-            let exponent = exponent.parse().unwrap_or(0);
-            let digits = |text: &str| text.chars().filter(char::is_ascii_digit).count() as i32;
-            let (whole, part) = mantissa.split_once(['.', ',']).unwrap_or((mantissa, ""));
-            let leading = whole.trim_start_matches(['+', '-', '0']);
-            self.digits = self.digits.max(match leading {
-                "" => digits(part.trim_start_matches('0')),
-                whole => digits(whole) + digits(part),
-            });
-            self.decimals = self.decimals.max(digits(part) - exponent);
-            self.values.push(value);
-        } else {
+        let number = separator.number(field);
+        if number.is_some() {
+            self.take_digits(field);
+        } else if !field.is_empty() {
             self.fault = Some((line, shortened(field)));
+            return;
         }
+        let value = number.unwrap_or(f64::NAN);
+        if self.count == 0 {
+            self.first = value;
+            self.numbers_rows = [0.0, 1.0].contains(&value);
+        }
+        self.numbers_rows &= value == self.first + self.count as f64;
+        self.largest = self.largest.max(value.abs());
+        self.count += 1;
+    }
+
+    fn take_digits(&mut self, field: &str) {
+        let (mantissa, exponent) = field.split_once(['e', 'E']).unwrap_or((field, "0"));
+        let exponent = exponent.parse().unwrap_or(0);
+        let digits = |text: &str| text.chars().filter(char::is_ascii_digit).count() as i32;
+        let (whole, part) = mantissa.split_once(['.', ',']).unwrap_or((mantissa, ""));
+        let leading = whole.trim_start_matches(['+', '-', '0']);
+        self.digits = self.digits.max(match leading {
+            "" => digits(part.trim_start_matches('0')),
+            whole => digits(whole) + digits(part),
+        });
+        self.decimals = self.decimals.max(digits(part) - exponent);
     }
 
     /// By how much a value may be off because of the digits it was written with.
     ///
     /// Programs write either so many digits behind the point or so many in all.
     fn resolution(&self) -> f64 {
-        let largest = self.values.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-        let in_all = largest * 10.0_f64.powi(1 - self.digits);
+        let in_all = self.largest * 10.0_f64.powi(1 - self.digits);
         in_all.max(10.0_f64.powi(-self.decimals))
-    }
-
-    /// Whether it only counts the rows, 0, 1, 2, ... or 1, 2, 3, ...
-    fn numbers_rows(&self) -> bool {
-        let first = self.values[0];
-        let expected = (0..).map(|k| first + f64::from(k));
-        [0.0, 1.0].contains(&first) && self.values.iter().zip(expected).all(|(v, e)| *v == e)
-    }
-
-    /// As times in a unit of so many seconds.
-    fn clock(self, second: f64) -> Clock {
-        Clock::Times {
-            resolution: self.resolution() * second,
-            times: self.values.iter().map(|t| t * second).collect(),
-        }
     }
 }
 

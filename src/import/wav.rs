@@ -7,12 +7,20 @@
 //! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has
 //! lengths of 64 bits in a chunk of its own (EBU Tech 3306, 2009).
 
-use super::{Clock, Column, Problem, Table};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+
+use super::clock::Timing;
+use super::table::{Heading, Source};
+use super::{BLOCK, Problem};
 
 const FORMAT: &str = "WAV";
 
 /// A length that says "until the end": written by programs that do not know it beforehand.
 const OPEN_END: u32 = u32::MAX;
+
+/// Bytes of a chunk that say all that is read here.
+const LONGEST_READ: u64 = 40;
 
 /// How samples are coded.
 struct Coding {
@@ -23,65 +31,137 @@ struct Coding {
     width: usize,
 }
 
-/// All channels.
-pub(super) fn decode(bytes: &[u8], stem: &str) -> Result<Table, Problem> {
-    let (coding, data) = chunks(bytes)?;
-    let frame = coding.channels * coding.width;
-    if !data.len().is_multiple_of(frame) {
-        return Err(Problem::CutShort {
-            format: FORMAT,
-            what: "its last sample".to_owned(),
-            have: (data.len() % frame) as u64,
-            need: frame as u64,
-        });
+impl Coding {
+    /// Bytes of one instant.
+    fn frame(&self) -> usize {
+        self.channels * self.width
     }
-    if data.is_empty() {
-        return Err(Problem::NoSamples("a header"));
+}
+
+/// A file whose header is read.
+pub(super) struct Wav<R> {
+    content: R,
+    coding: Coding,
+    /// What turns the bytes of one sample into a number.
+    number: fn(&[u8]) -> f64,
+    /// Where the samples begin.
+    begin: u64,
+    /// Samples of each channel.
+    frames: usize,
+    /// Name of a lone channel.
+    stem: String,
+}
+
+impl<R: Read + Seek> Wav<R> {
+    pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
+        let (coding, begin, length) = chunks(&mut content)?;
+        let frame = coding.frame() as u64;
+        if !length.is_multiple_of(frame) {
+            return Err(Problem::CutShort {
+                format: FORMAT,
+                what: "its last sample".to_owned(),
+                have: length % frame,
+                need: frame,
+            });
+        }
+        if length == 0 {
+            return Err(Problem::NoSamples("a header"));
+        }
+        Ok(Self {
+            number: number(&coding)?,
+            content,
+            begin,
+            frames: (length / frame) as usize,
+            coding,
+            stem: stem.to_owned(),
+        })
     }
-    let number = number(&coding)?;
-    let columns = (0..coding.channels).map(|channel| {
-        let place = channel * coding.width;
-        let frames = data.chunks_exact(frame);
-        let values = frames.map(|frame| number(&frame[place..place + coding.width]));
-        let name = match (coding.channels, channel) {
-            (1, _) => stem.to_owned(),
+}
+
+impl<R: Read + Seek> Source for Wav<R> {
+    fn headings(&self) -> Vec<Heading> {
+        let channels = self.coding.channels;
+        let name = |channel| match (channels, channel) {
+            (1, _) => self.stem.clone(),
             (2, 0) => "left".to_owned(),
             (2, _) => "right".to_owned(),
             _ => channel.to_string(),
         };
-        Column::new(name, "FS", values.collect())
-    });
-    Ok(Table {
-        columns: columns.collect(),
-        clock: Clock::Rate(f64::from(coding.rate)),
-    })
+        let heading = |channel| Heading {
+            header: name(channel),
+            name: name(channel),
+            unit: "FS".to_owned(),
+            count: self.frames,
+        };
+        (0..channels).map(heading).collect()
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Rate(f64::from(self.coding.rate))
+    }
+
+    fn times(&mut self, _: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+        Ok(())
+    }
+
+    fn samples(
+        &mut self,
+        column: usize,
+        stretch: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        let frame = self.coding.frame();
+        let place = column * self.coding.width;
+        let begin = self.begin + (stretch.start * frame) as u64;
+        self.content.seek(SeekFrom::Start(begin))?;
+        let mut block = vec![0; (BLOCK / frame).max(1) * frame];
+        let mut left = stretch.len() * frame;
+        while left > 0 {
+            let count = left.min(block.len());
+            self.content.read_exact(&mut block[..count])?;
+            for frame in block[..count].chunks_exact(frame) {
+                each((self.number)(&frame[place..place + self.coding.width]));
+            }
+            left -= count;
+        }
+        Ok(())
+    }
 }
 
-/// Finds coding and data.
-fn chunks(bytes: &[u8]) -> Result<(Coding, &[u8]), Problem> {
+/// Finds the coding, and where the samples begin and how many bytes they have.
+fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Problem> {
+    let end = content.seek(SeekFrom::End(0))?;
     let mut long_data = None;
     let mut coding = None;
     let mut at = 12;
-    while let Some(head) = bytes.get(at..at + 8) {
-        let length = u32_at(head, 4);
-        let rest = &bytes[at + 8..];
+    content.seek(SeekFrom::Start(at))?;
+    while at + 8 <= end {
+        let mut head = [0; 8];
+        content.read_exact(&mut head)?;
+        let length = u32_at(&head, 4);
+        let rest = end - at - 8;
         if &head[..4] == b"data" {
             let coding = coding.ok_or_else(|| damaged("there is no `fmt ` before the data"))?;
             let need = match (length, long_data) {
                 (OPEN_END, Some(long)) => long,
-                (OPEN_END, None) => rest.len() as u64,
+                (OPEN_END, None) => rest,
                 _ => u64::from(length),
             };
-            let data = usize::try_from(need).ok().and_then(|n| rest.get(..n));
-            let data = data.ok_or_else(|| cut_short("data", rest, need))?;
-            return Ok((coding, data));
+            if need > rest {
+                return Err(cut_short("data", rest, need));
+            }
+            return Ok((coding, at + 8, need));
         }
         let name = String::from_utf8_lossy(&head[..4]);
-        let chunk = rest
-            .get(..length as usize)
-            .ok_or_else(|| cut_short(&name, rest, u64::from(length)))?;
+        let length = u64::from(length);
+        if length > rest {
+            return Err(cut_short(&name, rest, length));
+        }
+        let mut chunk = Vec::new();
+        let read = length.min(LONGEST_READ);
+        content.by_ref().take(read).read_to_end(&mut chunk)?;
         match &head[..4] {
-            b"fmt " => coding = Some(read_coding(chunk)?),
+            b"fmt " => coding = Some(read_coding(&chunk)?),
             b"ds64" if chunk.len() >= 16 => {
                 let long = chunk[8..16].try_into().unwrap_or_default();
                 long_data = Some(u64::from_le_bytes(long));
@@ -89,7 +169,14 @@ fn chunks(bytes: &[u8]) -> Result<(Coding, &[u8]), Problem> {
             _ => {}
         }
         // Chunks begin at even places.
-        at += 8 + chunk.len() + chunk.len() % 2;
+        at += 8 + length + length % 2;
+        let skip = length + length % 2 - read;
+        // A place that is sought empties the buffer, which would be filled for each of many small chunks.
+        if skip > BLOCK as u64 {
+            content.seek(SeekFrom::Start(at))?;
+        } else {
+            io::copy(&mut content.by_ref().take(skip), &mut io::sink())?;
+        }
     }
     Err(damaged("there is no `data` in it"))
 }
@@ -119,11 +206,21 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
         let what = format!("{channels} channels in blocks of {block} bytes");
         return Err(damaged(&what));
     }
+    let (width, bits) = (block / channels, usize::from(u16_at(chunk, 14)));
+    // Integers may leave the lowest bits of their bytes empty.
+    let fits = match float {
+        true => bits == 8 * width,
+        false => bits <= 8 * width,
+    };
+    if !fits {
+        let what = format!("it declares {bits} bits a sample, and {width} bytes for each");
+        return Err(damaged(&what));
+    }
     Ok(Coding {
         float,
         channels,
         rate: u32_at(chunk, 4),
-        width: block / channels,
+        width,
     })
 }
 
@@ -167,11 +264,11 @@ fn damaged(what: &str) -> Problem {
     }
 }
 
-fn cut_short(name: &str, rest: &[u8], need: u64) -> Problem {
+fn cut_short(name: &str, have: u64, need: u64) -> Problem {
     Problem::CutShort {
         format: FORMAT,
         what: format!("its `{name}`"),
-        have: rest.len() as u64,
+        have,
         need,
     }
 }

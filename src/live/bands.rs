@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::escape;
 use crate::joint::BallJoint;
 use crate::scene::Scene;
 use crate::study::stability;
@@ -51,9 +52,9 @@ impl Bands {
             .collect();
         at.sort_by(|a, b| a.0.total_cmp(&b.0));
         let source = format!(
-            "by the sweep of `{}` in {}, started {first}",
-            plan.scene.name,
-            table.display()
+            "by the sweep of {} in {}, started {first}",
+            escape::code(&plan.scene.name),
+            escape::line(&table.to_string_lossy())
         );
         Ok(Some(Self { source, at }))
     }

@@ -14,6 +14,7 @@
 //! Every thing that is asked for becomes an event on the timeline of the recording.
 
 mod bands;
+mod command;
 mod ear;
 mod flow;
 mod hub;
@@ -25,9 +26,11 @@ mod server;
 mod session;
 
 pub use bands::Bands;
+pub use command::{Command, HARD, KICKS, PACES, Refused};
 pub use ear::Ear;
 pub use hub::{Bytes, Hub, Name, News, Ticket};
 pub use panel::{Event, Line, Panel};
+pub use recorder::SavedFile;
 pub use running::Running;
 pub use server::{Page, Serving, bind};
-pub use session::{Command, HARD, KICKS, PACES, Plan, Refused, Session, Watcher};
+pub use session::{Plan, Session, Watcher};

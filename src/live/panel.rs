@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
+use crate::escape;
 use crate::pipeline::message::{Frame, Header, NodeState, Record, Subject};
 use crate::pipeline::{Gait, Sink, SinkError};
 
@@ -117,7 +118,7 @@ impl Board {
     }
 
     /// Tells something, at a simulated time (s).
-    pub fn tell(&self, time_s: f64, text: impl Into<String>) {
+    pub fn tell(&self, time_s: f64, text: impl AsRef<str>) {
         let mut events = lock(&self.events);
         let number = events.back().map_or(0, |event| event.number) + 1;
         if events.len() == EVENTS {
@@ -126,13 +127,13 @@ impl Board {
         events.push_back(Event {
             number,
             time_s,
-            text: text.into(),
+            text: escape::line(text.as_ref()).into_owned(),
         });
     }
 
     /// Notes the file that is being recorded into.
     pub fn set_recording(&self, file: Option<String>) {
-        self.panel().recording = file;
+        self.panel().recording = file.map(|file| escape::line(&file).into_owned());
     }
 
     fn panel(&self) -> MutexGuard<'_, Panel> {
@@ -142,8 +143,8 @@ impl Board {
     fn see_header(&self, header: &Header) {
         let mut panel = self.panel();
         panel.scene.clone_from(&header.scene);
-        panel.title.clone_from(&header.title);
-        panel.about.clone_from(&header.about);
+        panel.title = escape::line(&header.title).into_owned();
+        panel.about = escape::lines(&header.about).into_owned();
         if let Subject::Joint(_) = header.subject {
             panel.tilt_deg = Some(0.0);
         }

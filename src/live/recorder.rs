@@ -6,64 +6,137 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::panel::Board;
 use crate::pipeline::message::{Frame, Header, Record};
 use crate::pipeline::{Delivery, Sink, SinkError};
-use crate::record::{Output, RerunSink};
+use crate::record::{Output, PartFile, RecordError, RerunSink};
 use crate::scene::RecordSpec;
 
 /// Asks for recordings, from any thread.
 #[derive(Debug)]
 pub struct Switch {
     folder: PathBuf,
-    wanted: Mutex<Wanted>,
+    state: Mutex<State>,
 }
 
-/// What is wanted of the recorder.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-enum Wanted {
-    /// To write nothing.
-    #[default]
-    Nothing,
-    /// To write into a file.
-    File(PathBuf),
+#[derive(Debug, Default)]
+struct State {
+    /// The file to write into; nothing is written without one.
+    wanted: Option<Wanted>,
+    saved: Vec<SavedFile>,
+}
+
+#[derive(Debug)]
+struct Wanted {
+    file: PathBuf,
+    /// A name of the folder, until the recorder takes it.
+    reserved: Option<PartFile>,
+}
+
+/// What has become of a file that was asked for.
+#[derive(Debug)]
+pub struct SavedFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Whether it was begun at all.
+    pub begun: bool,
+    /// Whether all of it is there, and if not, why.
+    pub outcome: Result<(), SinkError>,
+}
+
+impl SavedFile {
+    /// A file that was not even begun.
+    pub fn never_begun(path: PathBuf) -> Self {
+        let outcome =
+            Err("the run ended before it could be begun, so that there is nothing".into());
+        Self {
+            path,
+            begun: false,
+            outcome,
+        }
+    }
 }
 
 impl Switch {
     /// Recordings go into a folder, with names of their own; into `first` at once if that is given.
     pub fn new(folder: PathBuf, first: Option<PathBuf>) -> Self {
+        let wanted = first.map(|file| Wanted {
+            file,
+            reserved: None,
+        });
+        let state = State {
+            wanted,
+            ..State::default()
+        };
         Self {
             folder,
-            wanted: Mutex::new(first.map_or(Wanted::Nothing, Wanted::File)),
+            state: Mutex::new(state),
         }
     }
 
-    /// Begins a recording; returns its file. One that is under way goes on.
-    pub fn on(&self) -> PathBuf {
-        let mut wanted = self.wanted();
-        if let Wanted::File(file) = &*wanted {
-            return file.clone();
+    /// Begins a recording; returns its file, whose name nobody else is given. One that is under way goes on.
+    ///
+    /// # Errors
+    /// When no file can be made in the folder.
+    pub fn on(&self) -> Result<PathBuf, RecordError> {
+        let mut state = self.state();
+        if let Some(wanted) = &state.wanted {
+            return Ok(wanted.file.clone());
         }
-        let file = free_name(&self.folder);
-        *wanted = Wanted::File(file.clone());
-        file
+        let names = (1..=u32::MAX).map(|k| self.folder.join(format!("live-{k}.rrd")));
+        let reserved = PartFile::reserve(names)?;
+        let file = reserved.path().to_owned();
+        state.wanted = Some(Wanted {
+            file: file.clone(),
+            reserved: Some(reserved),
+        });
+        Ok(file)
     }
 
     /// Ends the recording.
     pub fn off(&self) {
-        *self.wanted() = Wanted::Nothing;
+        if let Some(reserved) = self
+            .state()
+            .wanted
+            .take()
+            .and_then(|wanted| wanted.reserved)
+        {
+            reserved.discard();
+        }
     }
 
-    fn wanted(&self) -> MutexGuard<'_, Wanted> {
-        self.wanted.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Notes what has become of a file.
+    pub fn note(&self, path: PathBuf, outcome: Result<(), SinkError>) {
+        self.state().saved.push(SavedFile {
+            path,
+            begun: true,
+            outcome,
+        });
     }
-}
 
-/// The first of `live-1.rrd`, `live-2.rrd`, ... that is not there, neither whole nor begun.
-fn free_name(folder: &Path) -> PathBuf {
-    let name = |k: u32| folder.join(format!("live-{k}.rrd"));
-    let taken = |file: &PathBuf| file.exists() || file.with_extension("rrd.part").exists();
-    (1..)
-        .map(name)
-        .find(|file| !taken(file))
-        .unwrap_or_else(|| name(0))
+    /// What has become of the files since this was last asked, once there is no run any more.
+    pub fn take_saved(&self) -> Vec<SavedFile> {
+        let mut state = self.state();
+        let mut saved = std::mem::take(&mut state.saved);
+        let left = state.wanted.take().map(|wanted| match wanted.reserved {
+            Some(reserved) => reserved.discard(),
+            None => wanted.file,
+        });
+        saved.extend(left.map(SavedFile::never_begun));
+        saved
+    }
+
+    fn wanted(&self) -> Option<PathBuf> {
+        self.state()
+            .wanted
+            .as_ref()
+            .map(|wanted| wanted.file.clone())
+    }
+
+    fn take_reserved(&self) -> Option<PartFile> {
+        self.state().wanted.as_mut()?.reserved.take()
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Writes what the switch asks for. A file that cannot be written is told on the board; the run goes on.
@@ -93,15 +166,13 @@ impl Recorder {
 
     /// Opens or closes the file, as is wanted now.
     fn follow(&mut self) {
-        let wanted = self.switch.wanted().clone();
-        let open = self.open.as_ref().map(|(file, _)| file);
-        match wanted {
-            Wanted::File(file) if open != Some(&file) => {
-                self.close();
-                self.begin(file);
-            }
-            Wanted::Nothing if open.is_some() => self.close(),
-            Wanted::Nothing | Wanted::File(_) => {}
+        let wanted = self.switch.wanted();
+        if wanted.as_ref() == self.open.as_ref().map(|(file, _)| file) {
+            return;
+        }
+        self.close();
+        if let Some(file) = wanted {
+            self.begin(file);
         }
     }
 
@@ -109,11 +180,17 @@ impl Recorder {
         let Some(header) = self.header.clone() else {
             return;
         };
-        let output = Output {
-            save: Some(file.clone()),
-            ..Output::default()
+        let opened = match self.switch.take_reserved() {
+            Some(reserved) => RerunSink::into_reserved(reserved, self.spec),
+            None => {
+                let output = Output {
+                    save: Some(file.clone()),
+                    ..Output::default()
+                };
+                RerunSink::new(&output, self.spec)
+            }
         };
-        let opened = RerunSink::new(&output, self.spec).map_err(SinkError::from);
+        let opened = opened.map_err(SinkError::from);
         let begun = opened.and_then(|mut sink| {
             sink.accept(Record::Header(header))?;
             Ok(sink)
@@ -124,24 +201,28 @@ impl Recorder {
                 self.board.set_recording(Some(file.display().to_string()));
                 self.open = Some((file, sink));
             }
-            Err(fault) => self.failed(&file, &fault),
+            Err(fault) => self.failed(file, fault),
         }
     }
 
     fn close(&mut self) {
         if let Some((file, mut sink)) = self.open.take() {
             match sink.finish() {
-                Ok(()) => self.told(&format!("{} is whole", file.display())),
-                Err(fault) => self.failed(&file, &fault),
+                Ok(()) => {
+                    self.told(&format!("{} is whole", file.display()));
+                    self.switch.note(file, Ok(()));
+                }
+                Err(fault) => self.failed(file, fault),
             }
         }
         self.board.set_recording(None);
     }
 
-    fn failed(&self, file: &Path, fault: &SinkError) {
+    fn failed(&self, file: PathBuf, fault: SinkError) {
         self.switch.off();
         self.board.set_recording(None);
         self.told(&format!("{} cannot be written: {fault}", file.display()));
+        self.switch.note(file, Err(fault));
     }
 
     fn told(&self, words: &str) {
@@ -163,7 +244,12 @@ fn whole(record: Record) -> Record {
 impl Sink for Recorder {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match &record {
-            Record::Header(header) => self.header = Some(Arc::clone(header)),
+            // A run that ends at once has a recording, too.
+            Record::Header(header) => {
+                self.header = Some(Arc::clone(header));
+                self.follow();
+                return Ok(());
+            }
             Record::Samples(frame) => {
                 self.time = frame.t0;
                 self.follow();
@@ -175,7 +261,7 @@ impl Sink for Recorder {
         {
             let file = file.clone();
             self.open = None;
-            self.failed(&file, &fault);
+            self.failed(file, fault);
         }
         Ok(())
     }
@@ -198,8 +284,21 @@ impl Sink for Recorder {
     }
 
     fn abandon(&mut self) {
-        if let Some((_, mut sink)) = self.open.take() {
+        if let Some((file, mut sink)) = self.open.take() {
             sink.abandon();
+            let part = sink.part().map(Path::to_owned);
+            // It gets its index.
+            drop(sink);
+            let left = match part.filter(|part| part.exists()) {
+                Some(part) => format!(
+                    "what was recorded until then can be opened: {}",
+                    part.display()
+                ),
+                None => "nothing is left of it".to_owned(),
+            };
+            self.switch.off();
+            self.switch
+                .note(file, Err(format!("the run failed; {left}").into()));
         }
     }
 }
@@ -209,15 +308,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_free() {
+    fn names_are_free_and_given_back() {
         let folder = tempfile::tempdir().unwrap();
         let switch = Switch::new(folder.path().to_owned(), None);
-        let first = switch.on();
+        let first = switch.on().unwrap();
         assert_eq!(first.file_name().unwrap(), "live-1.rrd");
-        assert_eq!(switch.on(), first, "one at a time");
+        assert_eq!(switch.on().unwrap(), first, "one at a time");
+        // Another server with the same folder.
+        let other = Switch::new(folder.path().to_owned(), None);
+        assert_eq!(other.on().unwrap().file_name().unwrap(), "live-2.rrd");
         switch.off();
-        std::fs::write(&first, "").unwrap();
-        std::fs::write(folder.path().join("live-2.rrd.part"), "").unwrap();
-        assert_eq!(switch.on().file_name().unwrap(), "live-3.rrd");
+        other.off();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert!(switch.take_saved().is_empty());
+    }
+
+    #[test]
+    fn what_was_never_begun_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let save = folder.path().join("run.rrd");
+        let switch = Switch::new(folder.path().to_owned(), Some(save.clone()));
+        let saved = switch.take_saved();
+        assert!(
+            saved[0].path == save && saved[0].outcome.is_err(),
+            "{saved:?}"
+        );
+        assert!(switch.take_saved().is_empty());
     }
 }

@@ -4,17 +4,17 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use serde::{Deserialize, Serialize};
-
+use super::command::{Command, KICK, KICKS, PACES, Refused, within};
 use super::ear::Ear;
 use super::hub::Hub;
 use super::panel::{Board, Panel, Scribe};
-use super::recorder::{Recorder, Switch};
+use super::recorder::{Recorder, SavedFile, Switch};
 use super::screen::Screen;
+use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    Gait, Helm, Monitor, Order, PipelineError, Sink, SinkError, Source as _, Steered, Tee, drive,
-    steerable,
+    Gait, Helm, Monitor, Order, Pending, PipelineError, Sink, SinkError, Source as _, Steered, Tee,
+    drive, steerable,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
@@ -23,65 +23,6 @@ use crate::sound::{Source, WavSink};
 /// The tilts that may be asked for, degrees, if the scene itself does not go beyond; fewer where the patch does
 /// not stay on the ball.
 const REACH: [f64; 2] = [0.0, 10.0];
-/// Paces that may be asked for, simulated ms a second.
-pub const PACES: [f64; 2] = [0.01, 1000.0];
-/// Kicks that may be asked for, mm/s.
-pub const KICKS: [f64; 2] = [1e-6, 1000.0];
-/// The kick if none is asked for, mm/s: seen, and small beside a squeak.
-const KICK: f64 = 1.0;
-/// A hard kick, mm/s: large beside a squeak, so that another tone may win.
-pub const HARD: f64 = 30.0;
-
-/// What may be asked of a session; from the page as JSON: `{"do": "tilt", "deg": 3.5}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Command {
-    /// Tilt the load, degrees.
-    Tilt {
-        /// The tilt, degrees.
-        deg: f64,
-    },
-    /// Let the time stand still.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Make one frame, and stand still.
-    Step,
-    /// Go at another pace.
-    Pace {
-        /// Simulated ms a second.
-        ms_per_s: f64,
-    },
-    /// Push at random: each kick in another direction.
-    Kick {
-        /// Size, mm/s (of the modes' velocities, sqrt(kg) mm/s).
-        #[serde(default)]
-        mm_per_s: Option<f64>,
-    },
-    /// Begin the scene anew.
-    Reset,
-    /// Follow neighbours of the motion, as the scene asks for them (exponents, a second copy), or leave them out,
-    /// which is faster. Begins the scene anew.
-    Neighbours {
-        /// Whether to follow them.
-        follow: bool,
-    },
-    /// Another scene.
-    Scene {
-        /// Its name: a preset's, or that of the scene the session began with.
-        name: String,
-    },
-    /// Record into a file from now on.
-    Record,
-    /// End the recording.
-    StopRecording,
-}
-
-/// A command that is not carried out, and why.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Refused(String);
-
 /// Who watches.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Watcher {
@@ -141,7 +82,7 @@ struct Current {
     /// Degrees; `None` of what has no tilt.
     reach: Option<[f64; 2]>,
     /// What was asked for before there was a run.
-    early: Vec<Order>,
+    early: Pending,
     /// What comes after this run, if it is to end.
     next: Option<Scene>,
     over: bool,
@@ -162,7 +103,7 @@ impl Session {
                 neighbours: plan.neighbours,
                 helm: None,
                 reach: reach(&plan.scene),
-                early: Vec::new(),
+                early: Pending::default(),
                 next: None,
                 over: false,
                 wav: plan.wav,
@@ -212,34 +153,10 @@ impl Session {
             let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
             self.board.begin(reach_deg, neighbours);
             self.board.tell(0.0, format!("{} begins", scene.name));
-            let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-            match &mut output {
-                None => {
-                    self.hub.begin();
-                    let audience = Arc::clone(&self.hub) as _;
-                    let viewer = RerunSink::for_audience(audience, scene.record);
-                    sinks.push(Box::new(Screen::new(viewer.map_err(sink)?)));
-                    self.ear.follow(helm.clone());
-                    sinks.push(Box::new(self.ear.tap()));
-                }
-                Some(output) => {
-                    let notice = Arc::clone(notice);
-                    let viewer = RerunSink::new(output, scene.record);
-                    let viewer = viewer.map_err(sink)?;
-                    let viewer = viewer.with_notice(move |words| notice(words));
-                    sinks.push(Box::new(Screen::new(viewer)));
-                    // One viewer is enough for the whole session.
-                    if output.spawn {
-                        *output = Output {
-                            connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
-                            ..Output::default()
-                        };
-                    }
-                }
-            }
+            let mut sinks = self.watched(&scene, &helm, output.as_mut(), notice)?;
             let (switch, board) = (Arc::clone(&self.switch), Arc::clone(&self.board));
             sinks.push(Box::new(Recorder::new(switch, board, scene.record)));
-            if let Some(wav) = wav {
+            if let Some(wav) = wav.clone() {
                 let header = run.header(&self.command);
                 let heard = WavSink::new(wav, self.source, &header, 1.0);
                 sinks.push(Box::new(heard.map_err(sink)?));
@@ -249,11 +166,9 @@ impl Session {
             {
                 let mut current = self.current();
                 // What was asked for meanwhile is not lost.
-                for order in std::mem::take(&mut current.early) {
-                    let _ = helm.order(order);
-                }
+                helm.begin_with(std::mem::take(&mut current.early));
                 if current.next.is_some() || current.over {
-                    let _ = helm.order(Order::End);
+                    end(&helm);
                 }
                 current.helm = Some(helm);
             }
@@ -264,8 +179,43 @@ impl Session {
             };
             let ran = drive(run, &self.command, &mut tee, monitor);
             self.current().helm = None;
+            if let Some(wav) = wav {
+                let outcome = ran.as_ref().map(|_| ());
+                let outcome =
+                    outcome.map_err(|_| "the run failed, so that there is nothing".into());
+                self.switch.note(wav, outcome);
+            }
             last = Some(ran?);
         }
+    }
+
+    /// What shows a run to those who watch: the page, or the viewer that one output is.
+    fn watched(
+        &self,
+        scene: &Scene,
+        helm: &Helm,
+        output: Option<&mut Output>,
+        notice: &Arc<dyn Fn(&str) + Send + Sync>,
+    ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
+        let Some(output) = output else {
+            self.hub.begin();
+            let audience = Arc::clone(&self.hub) as _;
+            let viewer = RerunSink::for_audience(audience, scene.record).map_err(sink)?;
+            self.ear.follow(helm.clone());
+            let tap = self.ear.tap();
+            return Ok(vec![Box::new(Screen::new(viewer)), Box::new(tap)]);
+        };
+        let notice = Arc::clone(notice);
+        let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
+        let viewer = viewer.with_notice(move |words| notice(words));
+        // One viewer is enough for the whole session.
+        if output.spawn {
+            *output = Output {
+                connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
+                ..Output::default()
+            };
+        }
+        Ok(vec![Box::new(Screen::new(viewer))])
     }
 
     /// Ends the session.
@@ -274,9 +224,16 @@ impl Session {
         current.over = true;
         self.stop.store(true, Ordering::Relaxed);
         if let Some(helm) = &current.helm {
-            // It may just have ended by itself.
-            let _ = helm.order(Order::End);
+            end(helm);
         }
+    }
+
+    /// What has become of the files that were asked for, once the session has ended.
+    pub fn saved(&self) -> Vec<SavedFile> {
+        let mut saved = self.switch.take_saved();
+        let wav = self.current().wav.take();
+        saved.extend(wav.map(SavedFile::never_begun));
+        saved
     }
 
     /// Tells everybody something.
@@ -303,7 +260,8 @@ impl Session {
     pub fn scenes(&self) -> Vec<[String; 2]> {
         let mut scenes: Vec<[String; 2]> = Vec::new();
         if PRESETS.iter().all(|preset| preset.name != self.first.name) {
-            scenes.push([self.first.name.clone(), self.first.title.clone()]);
+            let title = escape::line(&self.first.title).into_owned();
+            scenes.push([self.first.name.clone(), title]);
         }
         scenes.extend(PRESETS.iter().map(|preset| {
             let title = preset.scene().map(|scene| scene.title);
@@ -325,9 +283,9 @@ impl Session {
         let mut current = self.current();
         let order = match command {
             Command::Tilt { deg } => Order::Tilt(self.tilt(&current, *deg)?),
-            Command::Pause => Order::Pause,
-            Command::Resume => Order::Resume,
-            Command::Step => Order::Step,
+            Command::Pause {} => Order::Pause,
+            Command::Resume {} => Order::Resume,
+            Command::Step {} => Order::Step,
             Command::Pace { ms_per_s } => {
                 let pace = 1e-3 * within("the pace", *ms_per_s, PACES, "ms a second")?;
                 current.pace = pace;
@@ -341,7 +299,7 @@ impl Session {
                 let seed = current.scene.start.seed.wrapping_add(kicks);
                 Order::Kick { size, seed }
             }
-            Command::Reset => {
+            Command::Reset {} => {
                 current.next = Some(current.scene.clone());
                 Order::End
             }
@@ -357,11 +315,12 @@ impl Session {
                 current.next = Some(self.named(name)?);
                 Order::End
             }
-            Command::Record => {
-                self.switch.on();
+            Command::Record {} => {
+                let begun = self.switch.on();
+                begun.map_err(|fault| Refused(fault.to_string()))?;
                 return Ok(());
             }
-            Command::StopRecording => {
+            Command::StopRecording {} => {
                 self.switch.off();
                 return Ok(());
             }
@@ -369,18 +328,14 @@ impl Session {
         if order == Order::End {
             // What is asked for from now on is for the run that comes.
             if let Some(helm) = current.helm.take() {
-                let _ = helm.order(order);
+                end(&helm);
             }
             return Ok(());
         }
-        match current.helm.clone() {
-            Some(helm) => {
-                drop(current);
-                // The run may just have ended by itself.
-                let _ = helm.order(order);
-            }
+        match &current.helm {
+            Some(helm) => helm.order(order)?,
             // The run that is being made ready takes it.
-            None => current.early.push(order),
+            None => current.early.add(order)?,
         }
         Ok(())
     }
@@ -416,17 +371,14 @@ impl Session {
     }
 }
 
-fn sink(fault: impl Into<SinkError>) -> PipelineError {
-    PipelineError::Sink(fault.into())
+/// Ends a run.
+fn end(helm: &Helm) {
+    // An end is never one too many.
+    let _ = helm.order(Order::End);
 }
 
-/// A number that is asked for, if it is within a range.
-fn within(what: &str, asked: f64, [low, high]: [f64; 2], unit: &str) -> Result<f64, Refused> {
-    if (low..=high).contains(&asked) {
-        return Ok(asked);
-    }
-    let refused = format!("{what} must be from {low} to {high} {unit}, not {asked}");
-    Err(Refused(refused))
+fn sink(fault: impl Into<SinkError>) -> PipelineError {
+    PipelineError::Sink(fault.into())
 }
 
 /// The tilts that may be asked for, degrees: those of the scene and [`REACH`], as far as the patch stays on the
@@ -510,12 +462,12 @@ mod tests {
             obey(Command::Tilt { deg: 4.25 });
             let panel = until(session, |panel| panel.tilt_deg == Some(4.25));
             assert!(panel.events.iter().any(|e| e.text == "tilt 4.25 degrees"));
-            obey(Command::Pause);
+            obey(Command::Pause {});
             let at = until(session, |panel| panel.paused);
-            obey(Command::Step);
+            obey(Command::Step {});
             until(session, |panel| panel.time_s > at.time_s && panel.paused);
             obey(Command::Pace { ms_per_s: 5.0 });
-            obey(Command::Resume);
+            obey(Command::Resume {});
             until(session, |panel| !panel.paused && panel.pace == 5e-3);
             obey(Command::Kick { mm_per_s: None });
             obey(Command::Kick {
@@ -544,7 +496,7 @@ mod tests {
                 ("mass-on-belt", None)
             );
             assert!(session.obey(&Command::Tilt { deg: 2.0 }).is_err());
-            obey(Command::Reset);
+            obey(Command::Reset {});
             until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
         });
     }
@@ -553,16 +505,16 @@ mod tests {
     fn what_is_asked_for_while_another_run_begins_is_for_that_run() {
         steered("torus-3deg", |session| {
             let obey = |command| session.obey(&command).unwrap();
-            obey(Command::Reset);
-            obey(Command::Pause);
+            obey(Command::Reset {});
+            obey(Command::Pause {});
             let panel = until(session, |panel| panel.run == 2 && panel.paused);
             assert!(panel.events.iter().any(|e| e.text == "torus-3deg begins"));
             // Done although time stands still.
-            obey(Command::Record);
+            obey(Command::Record {});
             until(session, |panel| panel.recording.is_some());
-            obey(Command::StopRecording);
+            obey(Command::StopRecording {});
             until(session, |panel| panel.recording.is_none());
-            obey(Command::Resume);
+            obey(Command::Resume {});
             until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
         });
     }
@@ -612,24 +564,6 @@ mod tests {
             let tilt = panel.tilt_deg.unwrap();
             assert!((tilt - 3.0).abs() < 1e-9 && panel.run == 1, "{panel:?}");
         });
-    }
-
-    #[test]
-    fn commands_are_words_of_json() {
-        let read = |text| serde_json::from_str::<Command>(text);
-        let tilt = read(r#"{"do": "tilt", "deg": 3.5}"#).unwrap();
-        assert_eq!(tilt, Command::Tilt { deg: 3.5 });
-        let kick = read(r#"{"do": "kick"}"#).unwrap();
-        assert_eq!(kick, Command::Kick { mm_per_s: None });
-        for bad in [
-            r#"{"do": "tilt"}"#,
-            r#"{"do": "tilt", "deg": "3"}"#,
-            r#"{"do": "tilt", "deg": 3, "more": 1}"#,
-            r#"{"do": "explode"}"#,
-            "[]",
-        ] {
-            assert!(read(bad).is_err(), "{bad}");
-        }
     }
 
     #[test]

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, Write};
+use std::io::{self, BufReader, Seek, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
+use zip::read::ZipFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::{Array, ArrayProblem, RawArray};
+use super::{Array, ArrayProblem, ArrayReader};
 
-/// The largest array that is read, bytes: far above a sparse mass matrix, far below what a few
-/// bytes of a compressed file can claim to be.
-const LARGEST: u64 = 1 << 30;
+/// The most numbers that [`Npz::array`] reads of one file, all arrays together (1 GiB of `f64`): far above
+/// a sparse mass matrix, far below what a few bytes of a compressed file can claim to be.
+pub const MOST_NUMBERS: usize = 1 << 27;
 
 /// Why named arrays cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +40,8 @@ pub enum NpzError {
 #[derive(Debug)]
 pub struct Npz {
     zip: ZipArchive<BufReader<File>>,
+    /// Numbers read until now.
+    read: usize,
 }
 
 impl Npz {
@@ -55,6 +58,7 @@ impl Npz {
         let zip = ZipArchive::new(BufReader::new(file));
         Ok(Self {
             zip: zip.map_err(|error| NpzError::NotNpz(error.to_string()))?,
+            read: 0,
         })
     }
 
@@ -66,29 +70,53 @@ impl Npz {
             .collect()
     }
 
+    /// The shape of an array by its header, if there is one of that name.
+    ///
+    /// # Errors
+    /// If the header cannot be read, or is that of something else than real numbers.
+    pub fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, NpzError> {
+        self.with(name, |array, _| Ok(array.shape().to_vec()))
+    }
+
     /// The array of a name, if there is one.
     ///
     /// # Errors
-    /// If it cannot be read, or holds something else than real numbers.
+    /// If it cannot be read, holds something else than real numbers, or is too large: no more than
+    /// [`MOST_NUMBERS`] are read of a file, and no more than fit into the memory.
     pub fn array(&mut self, name: &str) -> Result<Option<Array>, NpzError> {
-        let failed = |problem| NpzError::Array {
-            name: name.to_owned(),
-            problem,
-        };
-        let damaged = |error: String| failed(ArrayProblem::Damaged(error));
+        self.with(name, |array, read| {
+            let have = array.total();
+            if have > MOST_NUMBERS - *read {
+                let most = MOST_NUMBERS;
+                return Err(ArrayProblem::TooLarge { have, most });
+            }
+            *read += have;
+            array.into_array()
+        })
+    }
+
+    /// Does something with an array whose header is read, and with the count of numbers read.
+    fn with<T>(
+        &mut self,
+        name: &str,
+        act: impl FnOnce(
+            ArrayReader<ZipFile<'_, BufReader<File>>>,
+            &mut usize,
+        ) -> Result<T, ArrayProblem>,
+    ) -> Result<Option<T>, NpzError> {
         let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
             return Ok(None);
         };
         let entry = self.zip.by_index(index);
-        let entry = entry.map_err(|error| damaged(error.to_string()))?;
-        let mut bytes = Vec::new();
-        let read = entry.take(LARGEST + 1).read_to_end(&mut bytes);
-        read.map_err(|error| damaged(error.to_string()))?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(damaged(format!("it is larger than {LARGEST} bytes")));
-        }
-        let array = RawArray::decode(&bytes).map_err(failed)?;
-        Ok(Some(array.into_row_major()))
+        let entry = entry.map_err(|error| ArrayProblem::Damaged(error.to_string()));
+        let array = entry.and_then(|entry| {
+            let length = entry.size();
+            act(ArrayReader::open(entry, length)?, &mut self.read)
+        });
+        array.map(Some).map_err(|problem| NpzError::Array {
+            name: name.to_owned(),
+            problem,
+        })
     }
 }
 
@@ -229,14 +257,10 @@ mod tests {
             assert_eq!(array, expected, "{name}");
         }
         // Three axes, the first changing fastest.
-        let raw = RawArray {
-            shape: vec![2, 2, 3],
-            fortran: true,
-            values: (0..12).map(f64::from).collect(),
-            rounding: 0.0,
-        };
+        let cube = npy(Order::Fortran, &[2, 2, 3], (0..12).map(f64::from));
+        let cube = ArrayReader::open(&cube[..], cube.len() as u64).unwrap();
         let rows = [0.0, 4.0, 8.0, 2.0, 6.0, 10.0, 1.0, 5.0, 9.0, 3.0, 7.0, 11.0];
-        assert_eq!(raw.into_row_major().values, rows);
+        assert_eq!(cube.into_array().unwrap().values, rows);
     }
 
     #[test]
@@ -261,6 +285,13 @@ mod tests {
             said.contains("`words`") && said.contains("save real numbers"),
             "{said}"
         );
+        let torn = retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<f'");
+        let said = refused(file(&[("torn.npy", torn)]).path());
+        assert!(
+            said.contains("`torn`") && said.ends_with("syntax error; save it again"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
         // What is not asked for is not looked at.
         let both = file(&[
             ("words.npy", words()),

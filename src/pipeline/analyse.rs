@@ -52,6 +52,27 @@ pub struct Analyser {
     closing: ClosingStage,
 }
 
+/// Bytes that an analysis takes for a sample of its window: the window four times over, as it slides, and the
+/// transform of it.
+const BYTES_A_SAMPLE: f64 = 128.0;
+
+/// What the windows of all analyses of samples at `rate` (Hz) take together, bytes.
+pub fn memory(spec: &AnalysisSpec, rate: f64) -> u64 {
+    let spectrum = spec.spectrum.as_ref().map(|s| s.window);
+    let windows = [
+        spectrum,
+        // What a run comes to is read off a spectrum of its own.
+        spectrum,
+        spec.spectrogram.as_ref().map(|s| s.sliding.window),
+        spec.delay.as_ref().map(|s| s.sliding.window),
+        spec.recurrence.as_ref().map(|s| s.sliding.window),
+        spec.quantification.as_ref().map(|s| s.sliding.window),
+        spec.chaos.as_ref().map(|s| s.sliding.window),
+        spec.regime.as_ref().map(|s| s.sliding.window),
+    ];
+    (BYTES_A_SAMPLE * rate * windows.into_iter().flatten().sum::<f64>()) as u64
+}
+
 impl Analyser {
     /// The analyses of a run announced by `header`.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {

@@ -42,6 +42,15 @@ pub enum PipelineError {
     /// The recorder went away before the others; its own error is reported instead.
     #[error(transparent)]
     RecorderGone(#[from] RecorderGone),
+    /// The windows of the analyses do not fit into memory.
+    #[error(
+        "the windows of the analyses take about {megabytes} MB, which the system refuses; choose shorter \
+         windows (analysis.*.window_ms) or a lower time.sample_rate_khz, or raise the limit of memory"
+    )]
+    Memory {
+        /// What they take, MB.
+        megabytes: u64,
+    },
     /// A thread could not be started.
     #[error("the thread `{name}` cannot be started; free some memory or raise the process limit")]
     Thread {

@@ -15,22 +15,22 @@ const FRAME_SAMPLES: usize = 1024;
 /// signal's unit is meant; a section of the modal state is not computed, nor what needs a simulation: exponents
 /// of the tangent flow and a second copy.
 #[derive(Clone, Debug)]
-pub struct Playback {
+pub struct Playback<'a> {
     title: String,
     info: SignalInfo,
-    samples: Vec<f64>,
+    samples: &'a [f64],
     rate: f64,
     analysis: AnalysisSpec,
     frames: u64,
 }
 
-impl Playback {
+impl<'a> Playback<'a> {
     /// Plays finite `samples` at `rate` (Hz, above 0), the first one at the time that `info` says.
     /// `title` is one line that says what they are.
     pub fn new(
         title: impl Into<String>,
         info: SignalInfo,
-        samples: Vec<f64>,
+        samples: &'a [f64],
         rate: f64,
         analysis: AnalysisSpec,
     ) -> Self {
@@ -57,7 +57,7 @@ impl Playback {
     }
 }
 
-impl Source for Playback {
+impl Source for Playback<'_> {
     fn header(&self, command: &str) -> Header {
         Header {
             scene: self.info.source.clone(),
@@ -115,7 +115,7 @@ mod tests {
 
     const START: f64 = -1.5;
 
-    fn playback(samples: Vec<f64>) -> Playback {
+    fn playback(samples: &[f64]) -> Playback<'_> {
         let info = SignalInfo {
             source: "squeak.wav".into(),
             column: "left".into(),
@@ -135,7 +135,7 @@ mod tests {
     fn frames_hold_every_sample_once_and_in_order() {
         for count in [0, 1, FRAME_SAMPLES, 2 * FRAME_SAMPLES + 1] {
             let samples: Vec<f64> = (0..count).map(|k| k as f64).collect();
-            let mut source = playback(samples.clone());
+            let mut source = playback(&samples);
             let mut played = Vec::new();
             while let Some(frame) = source.next_frame().unwrap() {
                 assert_eq!(frame.t0, START + played.len() as f64 / RATE);
@@ -161,7 +161,7 @@ mod tests {
             progress: &|time| progress.lock().unwrap().push(time),
         };
         let mut records: Vec<Record> = Vec::new();
-        let summary = drive(playback(samples), "analyse", &mut records, monitor).unwrap();
+        let summary = drive(playback(&samples), "analyse", &mut records, monitor).unwrap();
         assert!((summary.simulated - 0.03).abs() < 1e-12);
         assert_eq!((summary.real_time_factor, summary.audit), (0.0, None));
         assert_eq!(summary.peak_velocity, largest);
@@ -199,8 +199,9 @@ mod tests {
             offset: 0.0,
             shown: [crate::scene::StateCoordinate::Q(0); 2],
         };
-        let info = playback(Vec::new()).info;
-        let source = Playback::new("", info, tone(0.01), RATE, analysis);
+        let info = playback(&[]).info;
+        let samples = tone(0.01);
+        let source = Playback::new("", info, &samples, RATE, analysis);
         assert!(source.analysis().section.is_none());
         assert!(
             !source
@@ -212,7 +213,7 @@ mod tests {
     #[test]
     fn a_signal_without_samples_is_over_at_once() {
         let mut records: Vec<Record> = Vec::new();
-        let summary = drive(playback(Vec::new()), "", &mut records, Monitor::default()).unwrap();
+        let summary = drive(playback(&[]), "", &mut records, Monitor::default()).unwrap();
         assert_eq!((summary.simulated, summary.interrupted), (0.0, false));
         assert_eq!(records.len(), 2, "header and summary");
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
-use super::analyse::Analyser;
+use super::analyse::{Analyser, memory};
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::outlet::Outlet;
@@ -78,6 +78,13 @@ pub fn drive(
     let began = Instant::now();
     source.heed(monitor.stop);
     let header = Arc::new(source.header(command));
+    let bytes = memory(source.analysis(), header.sample_rate);
+    // Later, where there is no error to pass on, the allocator would end the program.
+    if Vec::<u8>::new().try_reserve_exact(bytes as usize).is_err() {
+        return Err(PipelineError::Memory {
+            megabytes: bytes / 1_000_000,
+        });
+    }
     let analyser = Analyser::new(source.analysis(), &header);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);

@@ -4,10 +4,11 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::PipelineError;
 use super::message::{Frame, Header, Shown};
+use super::pending::{Pending, TooManyKicks};
 use super::source::{Source, Steerable};
 use crate::dynamics::DynamicsError;
 use crate::scene::AnalysisSpec;
@@ -26,8 +27,6 @@ const LONGEST_FRAME: f64 = 8192.0;
 const BEHIND: Duration = Duration::from_millis(150);
 /// Wall time over which the pace that is reached is told.
 const MEASURED_OVER: Duration = Duration::from_millis(500);
-/// Orders that may wait; whoever gives more waits.
-const WAITING: usize = 256;
 
 /// What a steered run can be told.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,25 +65,35 @@ pub struct Gait {
     pub time: f64,
 }
 
-/// Gives orders to a steered run, from any thread.
+/// Gives orders to a steered run, from any thread, and never waits.
 #[derive(Clone, Debug)]
 pub struct Helm {
-    orders: Sender<Order>,
+    pending: Arc<Mutex<Pending>>,
+    /// Wakes a run that waits. One that is over needs no order.
+    wake: Sender<()>,
     gait: Arc<Mutex<Gait>>,
 }
 
-/// The run that was to be steered is over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the run is over")]
-pub struct RunOver;
-
 impl Helm {
-    /// Gives an order; it is carried out before the next frame is begun.
+    /// Gives an order; it is carried out before the next frame is begun. Orders given between two frames are
+    /// combined, see [`Pending`].
     ///
     /// # Errors
-    /// [`RunOver`].
-    pub fn order(&self, order: Order) -> Result<(), RunOver> {
-        self.orders.send(order).map_err(|_| RunOver)
+    /// [`TooManyKicks`].
+    pub fn order(&self, order: Order) -> Result<(), TooManyKicks> {
+        let waits_for_frame = matches!(order, Order::Tilt(_) | Order::Kick { .. });
+        lock(&self.pending).add(order)?;
+        if !waits_for_frame {
+            // If it is full, the run is about to look anyway.
+            let _ = self.wake.try_send(());
+        }
+        Ok(())
+    }
+
+    /// Gives the orders that came before there was a run.
+    pub fn begin_with(&self, early: Pending) {
+        *lock(&self.pending) = early;
+        let _ = self.wake.try_send(());
     }
 
     /// What the run is doing now.
@@ -93,18 +102,19 @@ impl Helm {
     }
 }
 
-fn lock(gait: &Mutex<Gait>) -> MutexGuard<'_, Gait> {
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     // Nothing that holds it can leave it half written.
-    gait.lock().unwrap_or_else(PoisonError::into_inner)
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A source at the helm of somebody.
 pub struct Steered {
     source: Box<dyn Steerable>,
     rate: f64,
-    orders: Receiver<Order>,
+    pending: Arc<Mutex<Pending>>,
+    wake: Receiver<()>,
     gait: Arc<Mutex<Gait>>,
-    /// A wall time and the simulated time (s) that belongs to it at the present pace.
+    /// A wall time and the simulated time (s) that belongs to it; from there on it goes at the present pace.
     anchor: (Instant, f64),
     /// Where the measuring of the pace began.
     measured: (Instant, f64),
@@ -121,7 +131,8 @@ impl Steered {
     pub fn new(mut source: Box<dyn Steerable>, pace: f64, reach: [f64; 2]) -> (Self, Helm) {
         source.go_on(reach);
         let rate = source.header("").sample_rate;
-        let (orders, to_obey) = bounded(WAITING);
+        let (wake, woken) = bounded(1);
+        let pending = Arc::<Mutex<Pending>>::default();
         let time = source.time();
         let gait = Arc::new(Mutex::new(Gait {
             pace,
@@ -132,7 +143,8 @@ impl Steered {
         let mut steered = Self {
             source,
             rate,
-            orders: to_obey,
+            pending: Arc::clone(&pending),
+            wake: woken,
             gait: Arc::clone(&gait),
             anchor: (Instant::now(), time),
             measured: (Instant::now(), time),
@@ -141,15 +153,17 @@ impl Steered {
             done: Vec::new(),
         };
         steered.set_pace(pace);
-        (steered, Helm { orders, gait })
+        let helm = Helm {
+            pending,
+            wake,
+            gait,
+        };
+        (steered, helm)
     }
 
     fn set_pace(&mut self, pace: f64) {
-        let mut gait = lock(&self.gait);
-        gait.pace = pace;
-        // What was reached at another pace says nothing.
-        gait.reached = None;
-        drop(gait);
+        self.begin_anew();
+        lock(&self.gait).pace = pace;
         let samples = (pace * self.rate / FRAMES).round();
         let shown = Shown {
             pictures: (PICTURES / pace).min(self.rate),
@@ -158,94 +172,97 @@ impl Steered {
         };
         self.source
             .cut(samples.clamp(1.0, LONGEST_FRAME) as usize, shown);
-        self.begin_anew();
-    }
-
-    /// Counts wall time from now on.
-    fn begin_anew(&mut self) {
-        self.anchor = (Instant::now(), self.source.time());
-        self.measured = self.anchor;
     }
 
     fn set_paused(&mut self, paused: bool) {
-        let mut gait = lock(&self.gait);
-        gait.paused = paused;
-        gait.reached = None;
-        drop(gait);
         self.begin_anew();
+        lock(&self.gait).paused = paused;
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), PipelineError> {
+    /// Counts wall time from now on, from the simulated time that is due now: whoever changes the pace all the
+    /// time does not change how fast it goes.
+    fn begin_anew(&mut self) {
+        let now = Instant::now();
+        let mut gait = lock(&self.gait);
+        // What was reached until now says nothing.
+        gait.reached = None;
+        let (wall, from) = self.anchor;
+        let gone = match gait.paused {
+            true => 0.0,
+            false => gait.pace * (now - wall).as_secs_f64(),
+        };
+        let time = self.source.time();
+        self.anchor = (now, time.min(from + gone));
+        self.measured = (now, time);
+    }
+
+    /// Takes note of what was done; of things of a kind, told by the first word, only the last counts.
+    fn note(&mut self, words: String) {
+        let kind = words.split(' ').next();
+        self.done.retain(|known| known.split(' ').next() != kind);
+        self.done.push(words);
+    }
+
+    /// Obeys what need not wait for a frame.
+    fn take_control(&mut self) {
+        let control = std::mem::take(&mut lock(&self.pending).control);
         let gait = *lock(&self.gait);
-        match order {
-            Order::Tilt(tilt) => {
-                self.source.tilt(tilt)?;
-                // Of a slider that is being dragged only the last place counts.
-                self.done.retain(|words| !words.starts_with("tilt"));
-                self.done
-                    .push(format!("tilt {} degrees", short(tilt.to_degrees())));
-            }
-            Order::Kick { size, seed } => {
-                self.source.kick(size, seed)?;
-                self.done
-                    .push(format!("kick of {} mm/s, seed {seed}", short(1e3 * size)));
-            }
-            Order::Pause if !gait.paused => {
-                self.set_paused(true);
-                self.done.push("paused".to_owned());
-            }
-            Order::Resume if gait.paused => {
-                self.set_paused(false);
-                self.done.push("goes on".to_owned());
-            }
-            Order::Pause | Order::Resume => {}
-            Order::Step => {
-                if !gait.paused {
-                    self.set_paused(true);
-                }
-                self.step = true;
-                self.done.push("single step".to_owned());
-            }
-            Order::Pace(pace) => {
-                self.set_pace(pace);
-                self.done
-                    .push(format!("pace {} ms a second", short(1e3 * pace)));
-            }
-            Order::End => self.ended = true,
+        if let Some(pace) = control.pace.filter(|pace| *pace != gait.pace) {
+            self.set_pace(pace);
+            self.note(format!("pace {} ms a second", short(1e3 * pace)));
+        }
+        if let Some(pause) = control.pause.filter(|pause| *pause != gait.paused) {
+            self.set_paused(pause);
+            self.note(if pause { "paused" } else { "goes on" }.to_owned());
+        }
+        if control.step {
+            self.step = true;
+            self.note("single step".to_owned());
+        }
+        self.ended |= control.end;
+    }
+
+    /// Takes the tilt and the kicks that the next frame begins with.
+    fn take_changes(&mut self) -> Result<(), PipelineError> {
+        let (tilt, kicks) = {
+            let mut pending = lock(&self.pending);
+            (pending.tilt.take(), std::mem::take(&mut pending.kicks))
+        };
+        if let Some(tilt) = tilt {
+            self.source.tilt(tilt)?;
+            self.note(format!("tilt {} degrees", short(tilt.to_degrees())));
+        }
+        for (size, seed) in kicks {
+            self.source.kick(size, seed)?;
+            self.done
+                .push(format!("kick of {} mm/s, seed {seed}", short(1e3 * size)));
         }
         Ok(())
     }
 
-    /// Carries out orders until the next frame is due.
-    fn wait(&mut self) -> Result<(), PipelineError> {
+    /// Waits until the next frame is due, or the run is ended.
+    fn wait(&mut self) {
         loop {
+            // Nobody is left who could end it.
+            self.ended |= self.wake.try_recv() == Err(TryRecvError::Disconnected);
+            self.take_control();
             let gait = *lock(&self.gait);
-            let order = match gait.paused && !self.step {
-                true => self
-                    .orders
-                    .recv()
-                    .map_err(|_| RecvTimeoutError::Disconnected),
-                false => self.orders.recv_deadline(self.due(gait)),
+            let due = self.due(gait);
+            if self.ended || self.step || (!gait.paused && Instant::now() >= due) {
+                return;
+            }
+            // Whatever ends the waiting is looked at above.
+            let _ = match gait.paused {
+                true => self.wake.recv().ok(),
+                false => self.wake.recv_deadline(due).ok(),
             };
-            match order {
-                Ok(order) => self.obey(order)?,
-                Err(RecvTimeoutError::Timeout) => return Ok(()),
-                // Nobody is left who could end it.
-                Err(RecvTimeoutError::Disconnected) => self.ended = true,
-            }
-            if self.ended {
-                return Ok(());
-            }
         }
     }
 
     /// When the next frame is to be begun.
     fn due(&self, gait: Gait) -> Instant {
         let (wall, time) = self.anchor;
-        match self.step {
-            true => wall,
-            false => wall + Duration::from_secs_f64((self.source.time() - time) / gait.pace),
-        }
+        wall + Duration::from_secs_f64((self.source.time() - time) / gait.pace)
     }
 
     /// Tells how fast it goes, now that there is a frame more.
@@ -277,19 +294,23 @@ impl Source for Steered {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        match self.wait() {
-            // Told to stop while an order was carried out.
-            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
-            waited => waited?,
-        }
+        self.wait();
         if self.ended {
             return Ok(None);
         }
-        self.step = false;
+        match self.take_changes() {
+            // Told to stop while an order was carried out.
+            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
+            taken => taken?,
+        }
         let Some(mut frame) = self.source.next_frame()? else {
             return Ok(None);
         };
         frame.events = std::mem::take(&mut self.done);
+        if std::mem::take(&mut self.step) {
+            // What it stepped over need not be waited for.
+            self.anchor = (Instant::now(), self.source.time());
+        }
         self.measure();
         Ok(Some(frame))
     }
@@ -315,9 +336,11 @@ fn short(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering;
+
     use super::*;
     use crate::pipeline::message::Record;
-    use crate::pipeline::{Analyser, steerable};
+    use crate::pipeline::{Analyser, KICKS_A_FRAME, steerable};
     use crate::scene::Scene;
 
     const REACH: [f64; 2] = [0.0, 0.15];
@@ -452,6 +475,67 @@ mod tests {
         assert!(began.elapsed().as_secs_f64() > 0.5);
         let reached = helm.gait().reached.expect("measured");
         assert!(reached < 1.2 * pace, "{reached}");
+    }
+
+    #[test]
+    fn a_flood_of_orders_is_what_a_frame_takes() {
+        let (mut run, helm) = steered("periodic-2deg", HURRY);
+        helm.order(Order::Pause).unwrap();
+        let mut refused = 0;
+        for seed in 0..100_000 {
+            let size = 1e-6;
+            refused += usize::from(helm.order(Order::Kick { size, seed }).is_err());
+            helm.order(Order::Tilt(0.03)).unwrap();
+            helm.order(Order::Pace(HURRY + seed as f64)).unwrap();
+        }
+        assert_eq!(refused, 100_000 - KICKS_A_FRAME);
+        helm.order(Order::Step).unwrap();
+        let events = next(&mut run).events;
+        let kicks = events.iter().filter(|words| words.starts_with("kick"));
+        assert_eq!(kicks.count(), KICKS_A_FRAME);
+        let others = ["pace", "paused", "single step", "tilt"].len();
+        assert_eq!(events.len(), KICKS_A_FRAME + others, "{events:?}");
+        helm.order(Order::Kick {
+            size: 1e-6,
+            seed: 0,
+        })
+        .expect("the next frame takes more");
+    }
+
+    /// A run that stands still keeps no list of all that is changed meanwhile.
+    #[test]
+    fn what_was_done_is_noted_once() {
+        let (mut run, _helm) = steered("mass-on-belt", HURRY);
+        for k in 0..1000 {
+            for pause in [Some(true), Some(false)] {
+                let mut pending = lock(&run.pending);
+                pending.control.pace = Some(HURRY + f64::from(k));
+                pending.control.pause = pause;
+                drop(pending);
+                run.take_control();
+            }
+        }
+        assert_eq!(run.done, ["pace 1999000 ms a second", "paused", "goes on"]);
+    }
+
+    #[test]
+    fn who_changes_the_pace_all_the_time_does_not_hurry_the_run() {
+        let pace = 0.02;
+        let (mut run, helm) = steered("mass-on-belt", pace);
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    for pace in [0.9 * pace, pace] {
+                        helm.order(Order::Pace(pace)).unwrap();
+                    }
+                }
+            });
+            let began = Instant::now();
+            while next(&mut run).end() < 0.3 * pace {}
+            over.store(true, Ordering::Relaxed);
+            assert!(began.elapsed().as_secs_f64() > 0.25);
+        });
     }
 
     #[test]

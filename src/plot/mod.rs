@@ -43,7 +43,7 @@ pub use cost::{Work, cost_figures, error_panels};
 pub use figure::{Bar, Figure, Image, Layer, Marker, Panel, Shape, Swatch};
 pub use growth::growth_figure;
 pub use lyapunov::lyapunov_figure;
-pub use signal::signal_figures;
+pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{Format, Look, Size, SizeError, Style};
 pub use sweep::{exponent_ends, maxima, sweep_figures, words};

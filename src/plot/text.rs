@@ -46,17 +46,15 @@ pub fn wrap(text: &str, room: f64, size: f64, bold: bool) -> Vec<String> {
     lines
 }
 
-/// A text as the content of an XML element or attribute.
+/// A text as the content of an XML element or attribute; XML has no control characters.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in crate::escape::lines(text).chars() {
         match c {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
-            // XML has no other control characters, not even escaped.
-            c if c.is_control() && !"\n\t".contains(c) => escaped.push(' '),
             c => escaped.push(c),
         }
     }

@@ -1,16 +1,15 @@
 //! A recording for people who come and go: every message by itself, as bytes that a viewer takes in, and
 //! whether whoever comes later needs it, too.
 
-use std::{fmt, sync::Arc, time::Duration};
+use std::{fmt, sync::Arc};
 
-use super::paths::TIMELINE;
+use super::{paths::TIMELINE, stream::MessageSink};
 use rerun::{
     external::{
         re_build_info::CrateVersion,
         re_log_encoding::{EncodeError, Encoder, EncodingOptions},
     },
     log::{Chunk, LogMsg},
-    sink::{LogSink, SinkFlushError},
 };
 
 /// Takes the pieces of a recording as they come, in order.
@@ -45,7 +44,7 @@ impl fmt::Debug for ToAudience {
     }
 }
 
-impl LogSink for ToAudience {
+impl MessageSink for ToAudience {
     fn send(&self, message: LogMsg) {
         // A message that cannot be encoded is one that nobody could read.
         if let Ok(bytes) = encoded(&message) {
@@ -54,10 +53,6 @@ impl LogSink for ToAudience {
                 ..told(&message)
             });
         }
-    }
-
-    fn flush_blocking(&self, _: Duration) -> Result<(), SinkFlushError> {
-        Ok(())
     }
 }
 

@@ -2,11 +2,12 @@
 //! of mode shapes and coloured by how far it has really moved. Of a body whose surface is not known
 //! only the axis that it turns about is drawn.
 
-use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius, RecordingStream};
+use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
 use super::{
     error::RecordError,
-    paths, stream,
+    paths,
+    stream::{self, RecordingStream},
     style::{self, ColorMap, FullScale, Quantity},
 };
 use crate::pipeline::message::{Frame, JointInfo, Outline, vertex_normals};
@@ -194,7 +195,7 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
             "turns at {} rad/s",
             style::span(joint.rotation_span, |factor| style::short(factor * speed))
         )]);
-    Ok(rec.log_static(paths::ROTATION, &arrow)?)
+    rec.log_static(paths::ROTATION, &arrow)
 }
 
 #[cfg(test)]

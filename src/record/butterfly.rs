@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines, TextDocument};
+use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 
 use super::{
     due::Due,
@@ -11,8 +11,9 @@ use super::{
     plot::{Axes, Bounds},
     portrait::Field,
     samples::{Rows, name_series},
-    stream,
+    stream::{self, RecordingStream},
     style::{self, FullScale, Quantity, short},
+    text,
 };
 use crate::pipeline::message::{Frame, Header, Parting, PartingLine};
 
@@ -133,7 +134,7 @@ impl Butterfly {
         if before.is_none_or(|before| before.saturated.is_none()) && parting.saturated.is_some() {
             self.draw_line(rec)?;
         }
-        let words = TextDocument::from_markdown(document(header, parting));
+        let words = text::document(document(header, parting));
         stream::log_at(rec, paths::BUTTERFLY_WORDS, parting.time, &words)
     }
 

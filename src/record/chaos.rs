@@ -1,13 +1,13 @@
 //! Chaos from the signal alone: how neighbours part, the exponent of it, and the 0-1 test.
 
-use rerun::{RecordingStream, Scalars, SeriesLines, SeriesPoints};
+use rerun::{Scalars, SeriesLines, SeriesPoints};
 
 use super::{
     error::RecordError,
     paths,
     plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
-    stream,
+    stream::{self, RecordingStream},
     style::{self, Quantity, short},
 };
 use crate::{

@@ -1,12 +1,11 @@
 //! How the delay embedding is chosen (Fig. 8): average mutual information over the lag, and false
 //! nearest neighbours over the dimension.
 
-use rerun::RecordingStream;
-
 use super::{
     error::RecordError,
     paths,
     plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
+    stream::RecordingStream,
     style::{self, Quantity, short},
 };
 use crate::{

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use rerun::RecordingStream;
-
 use super::{
     body::Body,
     butterfly::Butterfly,
@@ -23,6 +21,7 @@ use super::{
     section::Section,
     small::SmallFrames,
     spectrum::{self, Spectrogram, Spectrum, SpectrumPlot},
+    stream::RecordingStream,
     style::{self, Quantity},
     text,
 };

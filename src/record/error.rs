@@ -19,6 +19,21 @@ pub enum RecordError {
         /// Why not.
         source: std::io::Error,
     },
+    /// Too little memory for the SDK, which has no error for that: it ends the program.
+    #[error(
+        "a recording needs {} MB of address space, which the system refuses; raise the limit (`ulimit -v`), or \
+         leave the recording out (`run --npz FILE` writes the samples alone)",
+        super::ADDRESS_SPACE >> 20
+    )]
+    Memory,
+    /// The thread that writes the file cannot be started.
+    #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (ulimit -u) or free some memory", path.display())]
+    Thread {
+        /// The recording asked for.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// Writing failed along the way.
     #[error("cannot go on writing the recording for {}: {reason}; free some space or choose another place (what was written so far can be opened: {}; the old file, if any, is untouched)", path.display(), part.display())]
     Write {
@@ -90,8 +105,8 @@ pub enum RecordError {
     NoHeader,
 }
 
-impl From<rerun::RecordingStreamError> for RecordError {
-    fn from(error: rerun::RecordingStreamError) -> Self {
+impl From<rerun::log::ChunkError> for RecordError {
+    fn from(error: rerun::log::ChunkError) -> Self {
         Self::Encode(error.to_string())
     }
 }

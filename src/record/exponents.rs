@@ -1,16 +1,15 @@
 //! Lyapunov exponents as they converge: in time, as a spectrum with errors, and in words.
 
-use rerun::{
-    Color, LineStrips2D, Points2D, Radius, RecordingStream, Scalars, SeriesLines, TextDocument,
-};
+use rerun::{Color, LineStrips2D, Points2D, Radius, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,
     paths::{self, Root},
     plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{self, FullScale, short},
+    text,
 };
 use crate::{
     dynamics::{Exponent, LyapunovSpectrum, Sign},
@@ -63,7 +62,7 @@ impl ExponentsPlot {
         }
         log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
         self.draw_spectrum(rec, time, spectrum)?;
-        let words = TextDocument::from_markdown(document(header, exponents));
+        let words = text::document(document(header, exponents));
         stream::log_at(rec, paths::EXPONENTS_WORDS, time, &words)
     }
 

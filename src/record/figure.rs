@@ -8,7 +8,7 @@
 //! | caption, note | `PATH/caption`, `PATH/note` |
 
 use rerun::{
-    AnnotationContext, AsComponents, Clear, Color, LineStrips2D, Points2D, Radius, RecordingStream,
+    AnnotationContext, AsComponents, Clear, Color, LineStrips2D, Points2D, Radius,
     SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
 };
 
@@ -17,10 +17,13 @@ use super::{
     paths,
     plot::{Axes, Bounds, CAPTION_HEIGHT, Plot, key_height},
     spectrum::{self, Named},
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style,
 };
-use crate::plot::{Image, Layer, Marker, Panel, Shape};
+use crate::{
+    escape,
+    plot::{Image, Layer, Marker, Panel, Shape},
+};
 
 /// Half the size of a cross, pixels.
 const CROSS: f32 = 6.0;
@@ -248,17 +251,22 @@ pub fn default_looks() -> (Points2D, LineStrips2D) {
 /// Names of layers in their colours.
 fn key(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
-    let named = named.map(|layer| (layer.label.clone(), style::meaning(layer.color)));
+    let named = named.map(|layer| {
+        (
+            escape::line(&layer.label).into_owned(),
+            style::meaning(layer.color),
+        )
+    });
     named.collect()
 }
 
 /// A text at a place; an empty one takes away what is there.
 fn words(text: &str, at: [f32; 2], color: Color) -> Points2D {
-    let text = Some(text).filter(|text| !text.is_empty());
-    Points2D::new(text.map(|_| at))
-        .with_labels(text)
+    let text = Some(escape::line(text)).filter(|text| !text.is_empty());
+    Points2D::new(text.as_ref().map(|_| at))
+        .with_colors(text.as_ref().map(|_| color))
+        .with_labels(text.as_deref())
         .with_show_labels(true)
-        .with_colors(text.map(|_| color))
         .with_radii([Radius::new_ui_points(0.0)])
 }
 
@@ -270,7 +278,7 @@ fn log(
 ) -> Result<(), RecordError> {
     match at {
         Some(at) => stream::log_at(rec, path, at, what),
-        None => Ok(rec.log_static(path, what)?),
+        None => rec.log_static(path, what),
     }
 }
 
@@ -304,7 +312,8 @@ impl Entity {
                 hover,
             } => {
                 let places = points.iter().filter(finite).map(|point| place(*point));
-                self.labels.extend(hover.iter().cloned());
+                let hover_texts = hover.iter().map(|text| escape::lines(text).into_owned());
+                self.labels.extend(hover_texts);
                 // A screen shows no smaller ones.
                 self.radius = hover.is_empty().then_some((1.2 * radius).max(1.6) as f32);
                 match marker {
@@ -324,7 +333,7 @@ impl Entity {
                 let [x, y] = place(*at);
                 let half = 0.5 * LETTER * text.chars().count() as f32 + GAP;
                 self.add_points([[x + half, y - 13.0]], color);
-                self.labels.push(text.clone());
+                self.labels.push(escape::line(text).into_owned());
                 (self.radius, self.written) = (Some(0.0), true);
             }
             Shape::Image(_) | Shape::Peaks(_) => {}

@@ -1,13 +1,14 @@
 //! How the run is doing: how accurate its steps are, what they cost, what waits.
 
-use rerun::{RecordingStream, Scalars, TextDocument};
+use rerun::Scalars;
 
 use super::{
     error::RecordError,
     paths,
     samples::name_series,
-    stream,
+    stream::{self, RecordingStream},
     style::{self, short},
+    text,
 };
 use crate::pipeline::message::Health;
 
@@ -69,7 +70,7 @@ pub fn log(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
     if let Some(audit) = health.audit {
         log(paths::HEALTH_AUDIT, &[audit])?;
     }
-    let words = TextDocument::from_markdown(words(health));
+    let words = text::document(words(health));
     stream::log_at(rec, paths::HEALTH_WORDS, health.time, &words)
 }
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, SeriesLines, TextDocument};
+use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 
 use super::{
     error::RecordError,
@@ -11,7 +11,8 @@ use super::{
     plot::{self, Bounds, Plot},
     samples::{Rows, name_series},
     spectrum::SpectrumPlot,
-    stream, style,
+    stream::{self, RecordingStream},
+    style, text,
 };
 use crate::{
     analysis::range,
@@ -77,7 +78,7 @@ impl Lesson {
 
     /// Shows the words.
     pub fn tell(&self, rec: &RecordingStream, time: f64, text: &str) -> Result<(), RecordError> {
-        let words = TextDocument::from_markdown(text);
+        let words = text::document(text);
         stream::log_at(rec, paths::LESSON, time, &words)
     }
 
@@ -207,7 +208,7 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(5.0)])
         .with_draw_order(1.0);
-    Ok(rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)?)
+    rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)
 }
 
 /// The computed frequencies of the modes that grow, as lines across the spectrum.
@@ -230,7 +231,7 @@ fn draw_modes(
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.8)])
         .with_draw_order(-0.5);
-    Ok(rec.log_static(paths::SPECTRUM_COMPUTED, &lines)?)
+    rec.log_static(paths::SPECTRUM_COMPUTED, &lines)
 }
 
 #[cfg(test)]

@@ -9,6 +9,9 @@
 //! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
 //! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
 //!   row; pictures go one by one at a fixed size.
+//! * Threads: none of Rerun's recording stream, see `stream`; a file has one of its own, which ends with it.
+//!   So a long session of recordings keeps neither threads nor memory, and the variable `RERUN`, which turns
+//!   Rerun's streams off, has no effect.
 //! * Safety: the file is written beside its place and renamed at the end ([`RerunSink`]), so an
 //!   existing recording is never replaced by a failed run.
 //!
@@ -44,6 +47,7 @@ mod figure;
 mod file_stream;
 mod health;
 mod lesson;
+mod messages;
 mod part_file;
 mod patch;
 pub mod paths;
@@ -69,12 +73,28 @@ mod viewer;
 #[cfg(test)]
 mod demo;
 #[cfg(test)]
+mod shown_tests;
+#[cfg(test)]
 mod tests;
 
 pub use audience::{Audience, Piece};
 pub use error::RecordError;
+pub use messages::Damage;
+pub(crate) use part_file::PartFile;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
+
+/// Address space that a recording may take, bytes. Its threads reserve nearly all of it; little is ever used.
+const ADDRESS_SPACE: usize = 640 << 20;
+
+/// Makes sure that there is memory for a recording.
+///
+/// # Errors
+/// [`RecordError::Memory`].
+pub fn check_memory() -> Result<(), RecordError> {
+    let room = Vec::<u8>::new().try_reserve_exact(ADDRESS_SPACE);
+    room.map_err(|_| RecordError::Memory)
+}
 
 /// The version of Rerun that recordings are written with; a viewer of this version opens them.
 pub const RERUN_VERSION: &str = "0.36.3";

@@ -6,13 +6,13 @@
 
 use std::sync::Arc;
 
-use rerun::{Arrows3D, LineStrips3D, Points3D, Radius, RecordingStream};
+use rerun::{Arrows3D, LineStrips3D, Points3D, Radius};
 
 use super::{
     error::RecordError,
     paths,
     samples::{Rows, name_series},
-    stream,
+    stream::{self, RecordingStream},
     style::{self, short},
     vantage::Vantage,
 };
@@ -207,7 +207,7 @@ impl Patch {
             .with_origins([from])
             .with_colors([style::FRICTION])
             .with_radii([Radius::new_ui_points(1.2)]);
-        Ok(rec.log_static(paths::FRICTION_KEY, &arrow)?)
+        rec.log_static(paths::FRICTION_KEY, &arrow)
     }
 
     /// Where nodes, rim and load (N) are from now on.
@@ -275,7 +275,7 @@ fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordEr
     let lines = LineStrips3D::new(strips)
         .with_colors([style::RULER])
         .with_radii([Radius::new_ui_points(0.8)]);
-    Ok(rec.log_static(paths::TILT_CIRCLES, &lines)?)
+    rec.log_static(paths::TILT_CIRCLES, &lines)
 }
 
 /// Where the beam's axis leaves the ball: tilt zero.
@@ -286,7 +286,7 @@ fn draw_pole(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError
         .with_show_labels(true)
         .with_colors([style::POLE])
         .with_radii([Radius::new_ui_points(4.0)]);
-    Ok(rec.log_static(paths::POLE, &pole)?)
+    rec.log_static(paths::POLE, &pole)
 }
 
 /// The circle on a sphere of `radius` (m) at `angle` (rad) from the unit vector `axis`, mm.

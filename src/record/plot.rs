@@ -1,12 +1,12 @@
 //! Axes for pictures. A 2-D view of the viewer has none of its own, so the frame, the ticks and
 //! their labels are logged as lines and points. Scene units are picture pixels; y points down.
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream};
+use rerun::{Color, LineStrips2D, Points2D, Radius};
 
 use super::{
     error::RecordError,
     paths,
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style,
 };
 use crate::plot::Axis;
@@ -88,7 +88,7 @@ impl Plot {
             }
             None => {
                 rec.log_static(line_path, &lines)?;
-                Ok(rec.log_static(label_path, &labels)?)
+                rec.log_static(label_path, &labels)
             }
         }
     }
@@ -237,7 +237,7 @@ impl Plot {
             .with_show_labels(true)
             .with_colors(words.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.0)]);
-        Ok(rec.log_static(path, &key)?)
+        rec.log_static(path, &key)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use std::collections::VecDeque;
 
-use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius, RecordingStream};
+use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::{
     due::Due,
     error::RecordError,
     paths::{self, Root},
     plot::Plot,
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{self, FullScale, Quantity, Unit, short},
 };
 use crate::{
@@ -240,7 +240,7 @@ pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(4.0)])
         .with_draw_order(1.0);
-    Ok(rec.log_static(paths::PORTRAIT_NOW, &style)?)
+    rec.log_static(paths::PORTRAIT_NOW, &style)
 }
 
 /// The delay embedding, Eq. (25), in a cube of side 2.

@@ -1,8 +1,15 @@
 //! Recurrence quantification along time: one series a measure, those of one kind in one view.
 
-use rerun::{RecordingStream, Scalars};
+use rerun::Scalars;
 
-use super::{error::RecordError, paths, samples::name_series, stream, style, style::Quantity};
+use super::{
+    error::RecordError,
+    paths,
+    samples::name_series,
+    stream::{self, RecordingStream},
+    style,
+    style::Quantity,
+};
 use crate::analysis::Measures;
 
 /// Durations longer than this many states are told in the larger unit.

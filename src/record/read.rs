@@ -6,20 +6,17 @@
 
 use std::{
     collections::BTreeMap,
-    fmt,
-    fs::File,
-    io::BufReader,
     path::{Path, PathBuf},
 };
 
-use rerun::{
-    Scalars, SeriesLines, TimelineName,
-    external::re_log_encoding::DecoderApp,
-    log::{Chunk, LogMsg},
-    time::TimeType,
-};
+use rerun::{Scalars, SeriesLines, TimelineName, log::Chunk, time::TimeType};
 
+use super::messages::{Chunks, Damage};
 use super::paths;
+use crate::foreign::{open_file, without_panic};
+
+/// The most rows of a column that are read. A row takes 32 bytes until it is read.
+const MAX_ROWS: usize = 100_000_000;
 
 /// A column of numbers with its times.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +30,8 @@ pub struct Series {
     pub times: Vec<f64>,
     /// The values; not always finite.
     pub values: Vec<f64>,
+    /// Where the recording is damaged or breaks off: what follows is not read.
+    pub damage: Option<Damage>,
 }
 
 /// Why there is no column.
@@ -55,9 +54,17 @@ pub enum ReadError {
         /// Why not.
         reason: String,
     },
+    /// The file is damaged before there are any numbers.
+    #[error("{} is damaged at {damage}; no numbers come before it", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where, and how.
+        damage: Damage,
+    },
     /// Nothing was asked for and there is more than one column, or what was asked for is not
     /// there.
-    #[error("{} {}; it has {}", path.display(), missing(asked.as_deref()), list(columns))]
+    #[error("{} {}; it has {}{}", path.display(), missing(asked.as_deref()), list(columns), damaged(damage.as_ref()))]
     Column {
         /// The file.
         path: PathBuf,
@@ -65,6 +72,18 @@ pub enum ReadError {
         asked: Option<String>,
         /// What is there: entity by entity, such as `tilt` or `modes/q[0] to modes/q[10]`.
         columns: Vec<String>,
+        /// Where the recording is damaged or breaks off: there may have been more.
+        damage: Option<Damage>,
+    },
+    /// The column has more rows than are read.
+    #[error("column `{column}` of {} has more than {most} rows; split the recording", path.display())]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// So many are read.
+        most: usize,
     },
     /// The column has no time in seconds.
     #[error("column `{column}` of {} has no time: its timelines only count ({}); log it with a duration or a date", path.display(), list(timelines))]
@@ -92,60 +111,71 @@ fn list(names: &[String]) -> String {
     names.join(", ")
 }
 
+fn damaged(damage: Option<&Damage>) -> String {
+    damage.map_or_else(String::new, |damage| format!("; it is damaged at {damage}"))
+}
+
 /// Reads a column of numbers of a recording: rows in the order of their times. The simulated
 /// time of this program is taken if it is there, else a timeline of durations, else one of
-/// dates (when a row was logged last of all). `None` takes the only column there is. A recording that breaks off is read as far as
-/// it goes; of several in one file, the first.
+/// dates (when a row was logged last of all). `None` takes the only column there is. Of several
+/// recordings in one file, the first is read.
+///
+/// A recording that breaks off or is damaged is read as far as it goes, and [`Series::damage`] says
+/// where that is. No length in the file is trusted: memory is that of the column and of one message.
 ///
 /// # Errors
 /// [`ReadError`].
 pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadError> {
-    let entities = read_entities(path)?;
-    let no_column = || ReadError::Column {
-        path: path.to_owned(),
-        asked: column.map(str::to_owned),
-        columns: entities
-            .iter()
-            .map(|(name, entity)| entity.columns(name))
-            .collect(),
+    without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
+        Err(ReadError::Format {
+            path: path.to_owned(),
+            reason: "the library that decodes it fails".to_owned(),
+        })
+    })
+}
+
+fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {
+    let asked = column.map(split);
+    let (mut entities, damage) = read_entities(path, asked, most)?;
+    let (name, index) = match (asked, entities.first_key_value()) {
+        (Some((name, index)), _) => (name.to_owned(), index),
+        (None, Some((only, _))) if entities.len() == 1 => (only.clone(), None),
+        (None, _) => (String::new(), None),
     };
-    let (name, index) = match column {
-        Some(asked) => split(asked),
-        None => {
-            let mut names = entities.keys();
-            match (names.next(), names.next()) {
-                (Some(only), None) => (only.as_str(), None),
-                _ => return Err(no_column()),
-            }
-        }
-    };
-    let (name, entity) = entities.get_key_value(name).ok_or_else(no_column)?;
-    let index = match (index, entity.width) {
+    let index = match (index, entities.get(&name).map_or(0, |entity| entity.width)) {
         (None, 1) => 0,
         (Some(index), width) if index < width => index,
-        _ => return Err(no_column()),
+        _ => {
+            return Err(ReadError::Column {
+                path: path.to_owned(),
+                asked: column.map(str::to_owned),
+                columns: entities
+                    .iter()
+                    .map(|(name, entity)| entity.columns(name))
+                    .collect(),
+                damage,
+            });
+        }
     };
-    let label = entity.column(name, index);
-    let Some((timeline, is_date)) = entity.clock() else {
+    let mut entity = entities.remove(&name).unwrap_or_default();
+    let label = entity.column(&name, index);
+    let Some(clock) = entity.clock else {
         return Err(ReadError::Time {
             path: path.to_owned(),
             column: label,
             timelines: entity.timelines.keys().map(ToString::to_string).collect(),
         });
     };
-    let mut rows = entity.rows(timeline, index);
-    rows.sort_by_key(|(nanos, _)| *nanos);
-    let zero = rows
-        .first()
-        .map_or(0, |first| if is_date { first.0 } else { 0 });
+    entity.rows.sort_by_key(|(nanos, _)| *nanos);
+    let first = entity.rows.first().map_or(0, |first| first.0);
+    let zero = if clock.is_date() { first } else { 0 };
+    let seconds = |(nanos, _): &(i64, f64)| 1e-9 * nanos.saturating_sub(zero) as f64;
     Ok(Series {
         name: label,
         unit: entity.unit(index),
-        times: rows
-            .iter()
-            .map(|(nanos, _)| 1e-9 * (nanos - zero) as f64)
-            .collect(),
-        values: rows.into_iter().map(|(_, value)| value).collect(),
+        times: entity.rows.iter().map(seconds).collect(),
+        values: entity.rows.iter().map(|(_, value)| *value).collect(),
+        damage,
     })
 }
 
@@ -159,20 +189,50 @@ fn split(column: &str) -> (&str, Option<usize>) {
     indexed.map_or((column, None), |(name, index)| (name, Some(index)))
 }
 
-/// All numbers of one entity.
+/// What is known of one entity's numbers.
 #[derive(Default)]
 struct Entity {
-    chunks: Vec<Chunk>,
     /// Series a row, at most.
     width: usize,
     /// Names of the series, as far as they are told.
     names: Vec<String>,
     timelines: BTreeMap<TimelineName, TimeType>,
+    /// The best timeline in seconds so far.
+    clock: Option<Clock>,
+    /// Time (ns on that timeline) and value of every row of the series that is wanted, in the order
+    /// of the file.
+    rows: Vec<(i64, f64)>,
+}
+
+/// A timeline in seconds; the least serves best.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Clock {
+    rank: u8,
+    timeline: TimelineName,
+}
+
+impl Clock {
+    fn of(timeline: TimelineName, kind: TimeType) -> Option<Self> {
+        let rank = match kind {
+            TimeType::DurationNs if timeline.as_str() == paths::TIMELINE => 0,
+            TimeType::DurationNs => 1,
+            // Rerun's own, when a row was logged: not when it was measured.
+            TimeType::TimestampNs if timeline == TimelineName::log_time() => 3,
+            TimeType::TimestampNs => 2,
+            TimeType::Sequence => return None,
+        };
+        Some(Self { rank, timeline })
+    }
+
+    /// Whether it tells dates.
+    fn is_date(self) -> bool {
+        self.rank >= 2
+    }
 }
 
 impl Entity {
-    /// Takes what a chunk says of numbers.
-    fn take(&mut self, chunk: Chunk) {
+    /// Takes what a chunk says of numbers, and those of the series that is wanted, if one is.
+    fn take(&mut self, chunk: &Chunk, wanted: Option<usize>) {
         let names = SeriesLines::descriptor_names().component;
         for row in chunk.iter_slices::<String>(names) {
             self.names = row.iter().map(|name| name.to_string()).collect();
@@ -184,41 +244,34 @@ impl Entity {
             return;
         }
         self.width = self.width.max(width);
+        let mut here = None;
         for (name, times) in chunk.timelines() {
-            self.timelines.insert(*name, times.timeline().typ());
+            let kind = times.timeline().typ();
+            self.timelines.insert(*name, kind);
+            here = [here, Clock::of(*name, kind)].into_iter().flatten().min();
         }
-        self.chunks.push(chunk);
+        if let (Some(index), Some(clock)) = (wanted, here) {
+            self.take_rows(chunk, index, clock);
+        }
     }
 
-    /// The timeline in seconds that serves best, and whether it tells dates.
-    fn clock(&self) -> Option<(TimelineName, bool)> {
-        let rank = |(name, kind): (&TimelineName, &TimeType)| match kind {
-            TimeType::DurationNs if name.as_str() == paths::TIMELINE => Some(0),
-            TimeType::DurationNs => Some(1),
-            // Rerun's own, when a row was logged: not when it was measured.
-            TimeType::TimestampNs if *name == TimelineName::log_time() => Some(3),
-            TimeType::TimestampNs => Some(2),
-            TimeType::Sequence => None,
-        };
-        let ranked = self.timelines.iter();
-        let ranked = ranked.filter_map(|(name, kind)| Some((rank((name, kind))?, *name)));
-        let (rank, name) = ranked.min()?;
-        Some((name, rank >= 2))
-    }
-
-    /// Time (ns) and value of every row that has them, in the order of the file.
-    fn rows(&self, timeline: TimelineName, index: usize) -> Vec<(i64, f64)> {
+    /// Takes the rows of a chunk if no other has a better timeline.
+    fn take_rows(&mut self, chunk: &Chunk, index: usize, here: Clock) {
+        let known = *self.clock.get_or_insert(here);
+        if here > known {
+            return;
+        }
+        if here < known {
+            self.rows.clear();
+            self.clock = Some(here);
+        }
         let numbers = Scalars::descriptor_scalars().component;
-        let mut rows = Vec::new();
-        for chunk in &self.chunks {
-            let times = chunk.iter_component_indices(timeline, numbers);
-            for ((time, _), values) in times.zip(chunk.iter_slices::<f64>(numbers)) {
-                if let Some(value) = values.get(index) {
-                    rows.push((time.as_i64(), *value));
-                }
+        let times = chunk.iter_component_indices(here.timeline, numbers);
+        for ((time, _), values) in times.zip(chunk.iter_slices::<f64>(numbers)) {
+            if let Some(value) = values.get(index) {
+                self.rows.push((time.as_i64(), *value));
             }
         }
-        rows
     }
 
     /// The name of series `index` of the entity `name`.
@@ -245,41 +298,50 @@ impl Entity {
     }
 }
 
-/// The entities with numbers, by path.
-fn read_entities(path: &Path) -> Result<BTreeMap<String, Entity>, ReadError> {
-    let open = |source| ReadError::Open {
+/// The entities with numbers, by path, and where the recording is damaged. The numbers themselves
+/// are those of the series asked for, else of the first.
+fn read_entities(
+    path: &Path,
+    asked: Option<(&str, Option<usize>)>,
+    most: usize,
+) -> Result<(BTreeMap<String, Entity>, Option<Damage>), ReadError> {
+    let (file, _) = open_file(path).map_err(|source| ReadError::Open {
         path: path.to_owned(),
         source,
-    };
-    let format = |reason: &dyn fmt::Display| ReadError::Format {
+    })?;
+    let mut chunks = Chunks::new(file).map_err(|fault| ReadError::Format {
         path: path.to_owned(),
-        reason: reason.to_string(),
-    };
-    let file = File::open(path).map_err(open)?;
-    if file.metadata().map_err(open)?.is_dir() {
-        return Err(open(std::io::ErrorKind::IsADirectory.into()));
-    }
+        reason: fault.to_string(),
+    })?;
     let mut entities = BTreeMap::<String, Entity>::new();
-    let mut recording = None;
-    let mut empty = true;
-    for message in DecoderApp::decode_lazy(BufReader::new(file)) {
-        empty = false;
-        let LogMsg::ArrowMsg(store, message) = message.map_err(|fault| format(&fault))? else {
-            continue;
-        };
-        if store.is_blueprint() || *recording.get_or_insert_with(|| store.clone()) != store {
-            continue;
-        }
-        let chunk = Chunk::from_arrow_msg(&message).map_err(|fault| format(&fault))?;
+    let mut first = None;
+    let index = asked.and_then(|(_, index)| index).unwrap_or(0);
+    for chunk in &mut chunks {
         let name = chunk.entity_path().to_string();
         let name = name.trim_start_matches('/').to_owned();
-        entities.entry(name).or_default().take(chunk);
-    }
-    if empty {
-        return Err(format(&"nothing in it can be read"));
+        let wanted = asked.map(|(name, _)| name).or(first.as_deref());
+        let is_wanted = wanted.is_none_or(|wanted| wanted == name);
+        let entity = entities.entry(name.clone()).or_default();
+        entity.take(&chunk, is_wanted.then_some(index));
+        if entity.rows.len() > most {
+            return Err(ReadError::TooLong {
+                path: path.to_owned(),
+                column: entity.column(&name, index),
+                most,
+            });
+        }
+        if entity.width > 0 {
+            first.get_or_insert(name);
+        }
     }
     entities.retain(|_, entity| entity.width > 0);
-    Ok(entities)
+    match chunks.damage() {
+        Some(damage) if entities.is_empty() => Err(ReadError::Damaged {
+            path: path.to_owned(),
+            damage,
+        }),
+        damage => Ok((entities, damage)),
+    }
 }
 
 #[cfg(test)]
@@ -328,6 +390,14 @@ mod tests {
         let mode = read_series(&path, Some("/modes/q[10]")).unwrap();
         assert_eq!(mode.name, "modes/q[10]");
         assert_eq!(mode.values.len(), series.values.len());
+
+        let count = series.values.len();
+        assert_eq!(
+            read(&path, Some(paths::DISPLACEMENT), count).unwrap(),
+            series
+        );
+        let refused = read(&path, Some(paths::DISPLACEMENT), count - 1).unwrap_err();
+        assert!(matches!(refused, ReadError::TooLong { .. }), "{refused}");
 
         for asked in [
             None,
@@ -394,5 +464,10 @@ mod tests {
             let error = read_series(&other, None).unwrap_err();
             assert!(matches!(error, ReadError::Format { .. }), "{error:?}");
         }
+        foreign(&other, |_| {});
+        let bytes = std::fs::read(&other).unwrap();
+        std::fs::write(&other, &bytes[..20]).unwrap();
+        let error = read_series(&other, None).unwrap_err();
+        assert!(error.to_string().contains("damaged at byte 12"), "{error}");
     }
 }

@@ -6,7 +6,7 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, RecordingStream, SegmentationImage, Transform3D, components::ImageFormat,
+    AnnotationContext, SegmentationImage, Transform3D, components::ImageFormat,
     datatypes::ChannelDatatype,
 };
 
@@ -14,7 +14,7 @@ use super::{
     error::RecordError,
     paths::{self, Root},
     plot::{Bounds, Plot},
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{ColorMap, Quantity},
 };
 use crate::plot::Axis;

@@ -1,8 +1,14 @@
 //! The kind of motion: its history in colours by how sure it is, and the evidence in words.
 
-use rerun::{RecordingStream, Scalars, SeriesPoints, TextDocument};
+use rerun::{Scalars, SeriesPoints};
 
-use super::{error::RecordError, paths, samples::name_series, stream, style};
+use super::{
+    error::RecordError,
+    paths,
+    samples::name_series,
+    stream::{self, RecordingStream},
+    style, text,
+};
 use crate::{
     analysis::{Regime, Verdict},
     pipeline::message::Header,
@@ -28,7 +34,7 @@ pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
     let points = SeriesPoints::new()
         .with_colors(colors)
         .with_marker_sizes([3.0; KINDS.len()]);
-    Ok(rec.log_static(paths::REGIME_CONFIDENCE, &points)?)
+    rec.log_static(paths::REGIME_CONFIDENCE, &points)
 }
 
 /// Draws the verdict on a window of `window` (s) that ends at `time` (s).
@@ -46,7 +52,7 @@ pub fn draw_verdict(
     let confidences = Scalars::new(KINDS.map(confidence));
     stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
     let text = document(header, time, window, verdict);
-    let document = TextDocument::from_markdown(text);
+    let document = text::document(text);
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
 }
 

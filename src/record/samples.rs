@@ -1,8 +1,14 @@
 //! Columns of plain numbers: probe, modes, energies, and what acts on the joint.
 
-use rerun::{Points2D, Radius, RecordingStream, Scalars, SeriesLines};
+use rerun::{Points2D, Radius, Scalars, SeriesLines};
 
-use super::{error::RecordError, paths, plot::Bounds, stream, style};
+use super::{
+    error::RecordError,
+    paths,
+    plot::Bounds,
+    stream::{self, RecordingStream},
+    style,
+};
 use crate::pipeline::message::{Frame, JointInfo, ModeInfo, SignalInfo};
 
 /// Rows sent in one go, if nobody asks for them before: each go takes a line of the index of a file.
@@ -83,7 +89,7 @@ pub fn name_series(
         .with_names(names)
         .with_colors(colors)
         .with_widths([1.2]);
-    Ok(rec.log_static(path, &style)?)
+    rec.log_static(path, &style)
 }
 
 impl Samples {
@@ -240,7 +246,7 @@ fn draw_mode_key(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
         .with_show_labels(true)
         .with_colors(style::MODES)
         .with_radii([Radius::new_ui_points(0.0)]);
-    Ok(rec.log_static(paths::MODES_KEY, &key)?)
+    rec.log_static(paths::MODES_KEY, &key)
 }
 
 /// Label and frequency of a mode.

@@ -5,14 +5,15 @@
 
 use std::collections::VecDeque;
 
-use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
+use rerun::{LineStrips2D, Points2D, Radius};
 
 use super::{
     due::Due,
     error::RecordError,
     paths,
     plot::{Axes, Bounds, Plot},
-    portrait, stream,
+    portrait,
+    stream::{self, RecordingStream},
     style::{self, Quantity},
 };
 use crate::{
@@ -221,14 +222,12 @@ fn plot(x: Axis, y: Axis) -> Plot {
 
 #[cfg(test)]
 mod tests {
-    use rerun::RecordingStreamBuilder;
-
     use super::*;
-    use crate::record::demo;
+    use crate::record::{demo, stream::in_memory};
 
     #[test]
     fn axes_are_alike_and_hold_the_newest_passages() {
-        let (rec, _) = RecordingStreamBuilder::new("test").memory().unwrap();
+        let (rec, _) = in_memory();
         let mut section = Section::new(&rec, &demo::header(0.1)).unwrap();
         let point = |k: usize| SectionPoint {
             time: 1e-4 * k as f64,
@@ -261,7 +260,7 @@ mod tests {
 
     #[test]
     fn modal_coordinates_have_axes_of_their_own() {
-        let (rec, _) = RecordingStreamBuilder::new("test").memory().unwrap();
+        let (rec, _) = in_memory();
         let header = Header {
             section: [SectionCoordinate::Q(2), SectionCoordinate::Qdot(2)],
             ..demo::header(0.1)

@@ -2,28 +2,27 @@
 
 use std::{
     fmt,
-    mem::{self, ManuallyDrop},
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use rerun::{RecordingStream, sink::LogSink};
-
 use super::{
     audience::{Audience, ToAudience},
-    blueprint,
+    blueprint, check_memory,
     encode::Encoder,
     error::RecordError,
     file_stream,
     part_file::PartFile,
     rrd_file::RrdFile,
+    stream::{MessageSink, RecordingStream},
     viewer::{self, Feed, Live},
 };
 use crate::{
+    escape,
     pipeline::{
         Delivery, Sink, SinkError,
-        message::{Header, Record},
+        message::{Header, Record, Subject},
     },
     scene::RecordSpec,
 };
@@ -32,8 +31,6 @@ use crate::{
 pub const APPLICATION: &str = "squeakscope";
 /// Wall time between flushes: faults of disk or viewer are noticed after this long.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
-/// How long a flush to a viewer may take: that it is stuck is told by its own thread, much earlier.
-const FOREVER: Duration = Duration::from_secs(24 * 3600);
 
 /// Where a recording goes; file and viewer may be given together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -50,15 +47,15 @@ pub struct Output {
 ///
 /// The file appears under its name only after [`Sink::finish`], which an interrupted run calls
 /// too. A viewer is fed from the file where there is one: if it goes, the run goes on, and if it
-/// comes back, it is sent everything. After a failure the stream is leaked on purpose: dropping it
-/// waits for a disk or viewer that may never answer.
+/// comes back, it is sent everything. Whatever becomes of it, its threads end with it; only a disk or a
+/// viewer that does not answer keeps the one that waits for it.
 #[derive(Debug)]
 pub struct RerunSink {
-    rec: ManuallyDrop<RecordingStream>,
+    rec: RecordingStream,
     end: End,
     spec: RecordSpec,
     encoder: Option<Encoder>,
-    /// When samples were last sent without waiting for more of them.
+    /// When what waits for more of its kind was last sent.
     sent: Instant,
     flushed: Instant,
     notice: Notice,
@@ -115,12 +112,13 @@ impl RerunSink {
     /// Opens file and viewer; nothing that exists is changed yet.
     ///
     /// # Errors
-    /// [`RecordError::NoOutput`], [`RecordError::Create`], [`RecordError::Address`],
+    /// [`RecordError::NoOutput`], [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Address`],
     /// [`RecordError::Spawn`], [`RecordError::Viewer`].
     pub fn new(output: &Output, spec: RecordSpec) -> Result<Self, RecordError> {
         if *output == Output::default() {
             return Err(RecordError::NoOutput);
         }
+        check_memory()?;
         // The viewer first: if it is missing, not even a part file is made.
         let address = match &output.connect {
             Some(url) => Some(viewer::reachable(url)?),
@@ -130,7 +128,7 @@ impl RerunSink {
         let end = match (&output.save, address) {
             (Some(path), address) => {
                 let part = PartFile::create(path)?;
-                let rrd = file_stream::sink(&part)?;
+                let rrd = file_stream::begin(&part)?;
                 let feed = address.map(|address| Feed::start(part.part(), address));
                 let feed = feed.transpose()?;
                 End::File { part, rrd, feed }
@@ -141,26 +139,36 @@ impl RerunSink {
         Self::ending(end, spec)
     }
 
+    /// Records into a file whose name is reserved.
+    ///
+    /// # Errors
+    /// [`RecordError::Create`].
+    pub fn into_reserved(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
+        let rrd = file_stream::begin(&part)?;
+        let feed = None;
+        Self::ending(End::File { part, rrd, feed }, spec)
+    }
+
     /// Hands the recording to an audience; nothing is kept.
     ///
     /// # Errors
-    /// [`RecordError::Encode`] if no stream can be opened.
+    /// [`RecordError::Memory`]; [`RecordError::Encode`] if no stream can be opened.
     pub fn for_audience(
         audience: Arc<dyn Audience>,
         spec: RecordSpec,
     ) -> Result<Self, RecordError> {
+        check_memory()?;
         Self::ending(End::Audience(ToAudience(audience)), spec)
     }
 
     fn ending(end: End, spec: RecordSpec) -> Result<Self, RecordError> {
-        let sink: Box<dyn LogSink> = match &end {
-            End::File { rrd, .. } => Box::new(rrd.clone()),
-            End::Viewer(live) => Box::new(live.clone()),
-            End::Audience(audience) => Box::new(audience.clone()),
+        let sink: Arc<dyn MessageSink> = match &end {
+            End::File { rrd, .. } => Arc::new(rrd.writer()),
+            End::Viewer(live) => Arc::new(live.clone()),
+            End::Audience(audience) => Arc::new(audience.clone()),
         };
-        let rec = file_stream::open(APPLICATION, sink, end.is_watched())?;
         Ok(Self {
-            rec: ManuallyDrop::new(rec),
+            rec: RecordingStream::new(APPLICATION, sink)?,
             end,
             spec,
             encoder: None,
@@ -202,9 +210,18 @@ impl RerunSink {
         self.told_away = away;
     }
 
+    /// A broken stream is never touched again, not even to flush it.
+    fn or_broken(&mut self, result: Result<(), RecordError>) -> Result<(), SinkError> {
+        if result.is_err() {
+            self.encoder = None;
+        }
+        Ok(result?)
+    }
+
     fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
-        blueprint::send(&self.rec, header, self.spec)?;
-        self.encoder = Some(Encoder::new(&self.rec, Arc::clone(header), self.spec)?);
+        let header = Arc::new(shown(header));
+        blueprint::send(&self.rec, &header, self.spec)?;
+        self.encoder = Some(Encoder::new(&self.rec, header, self.spec)?);
         Ok(())
     }
 
@@ -212,11 +229,18 @@ impl RerunSink {
         if let Record::Header(header) = record {
             return self.start(header);
         }
-        let patience = file_stream::lag(self.end.is_watched());
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
         encoder.accept(&self.rec, record)?;
-        if self.sent.elapsed() >= patience {
+        self.send_due()
+    }
+
+    /// Sends what has waited long enough, and looks now and then whether it arrives.
+    fn send_due(&mut self) -> Result<(), RecordError> {
+        if let Some(encoder) = &mut self.encoder
+            && self.sent.elapsed() >= file_stream::lag(self.end.is_watched())
+        {
             encoder.send_waiting(&self.rec)?;
+            self.rec.send_waiting()?;
             self.sent = Instant::now();
             self.look_after_viewer();
         }
@@ -229,15 +253,9 @@ impl RerunSink {
     /// Pushes everything out, and learns of faults: logging itself never reports one.
     fn flush(&mut self) -> Result<(), RecordError> {
         let result = match &self.end {
-            End::File { part, .. } => file_stream::flush(&self.rec, part),
-            End::Audience(_) => Ok(()),
-            End::Viewer(live) => {
-                let flushed = self.rec.flush_with_timeout(FOREVER);
-                match live.fault() {
-                    Some(fault) => Err(fault),
-                    None => flushed.map_err(|error| RecordError::Encode(error.to_string())),
-                }
-            }
+            End::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
+            End::Audience(_) => self.rec.send_waiting(),
+            End::Viewer(live) => self.rec.send_waiting().and_then(|()| live.flush()),
         };
         self.flushed = Instant::now();
         result
@@ -248,14 +266,9 @@ impl RerunSink {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
-        match &self.end {
+        match &mut self.end {
             End::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
-            End::Viewer(_) => self.flush(),
-            // Nobody waits, but what the stream holds back is to be heard.
-            End::Audience(_) => {
-                let flushed = self.rec.flush_with_timeout(FOREVER);
-                flushed.map_err(|error| RecordError::Encode(error.to_string()))
-            }
+            End::Viewer(_) | End::Audience(_) => self.flush(),
         }
     }
 
@@ -291,6 +304,25 @@ impl RerunSink {
     }
 }
 
+/// A header whose names are safe as names of series, views and columns. The scene's text stays as it is.
+fn shown(header: &Header) -> Header {
+    let mut header = header.clone();
+    let names = match &mut header.subject {
+        Subject::Joint(joint) => vec![&mut joint.body],
+        Subject::Small(_) => Vec::new(),
+        Subject::Signal(signal) => {
+            vec![&mut signal.source, &mut signal.column, &mut signal.unit]
+        }
+    };
+    for name in names
+        .into_iter()
+        .chain([&mut header.scene, &mut header.title])
+    {
+        *name = escape::line(name).into_owned();
+    }
+    header
+}
+
 impl Drop for RerunSink {
     /// A run that failed elsewhere never calls `finish`: its part file still gets all there is.
     fn drop(&mut self) {
@@ -301,22 +333,19 @@ impl Drop for RerunSink {
         if let Some(feed) = self.end.feed() {
             feed.end();
         }
-        // An audience never holds up anything, so that the stream's threads can be waited for.
-        if matches!(self.end, End::Audience(_)) {
-            let rec = ManuallyDrop::new(RecordingStream::disabled());
-            drop(ManuallyDrop::into_inner(mem::replace(&mut self.rec, rec)));
-        }
     }
 }
 
 impl Sink for RerunSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let result = self.take(&record);
-        if result.is_err() {
-            // A broken stream is never touched again, not even to flush it.
-            self.encoder = None;
-        }
-        Ok(result?)
+        let taken = self.take(&record);
+        self.or_broken(taken)
+    }
+
+    /// What waits for more of its kind is seen although none comes.
+    fn idle(&mut self) -> Result<(), SinkError> {
+        let sent = self.send_due();
+        self.or_broken(sent)
     }
 
     fn delivery(&self) -> Delivery {

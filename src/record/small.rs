@@ -1,8 +1,15 @@
 //! A small system: its samples in the colour of what it is doing, and that as a band.
 
-use rerun::{Color, RecordingStream, SeriesLines, StateChange, StateConfiguration};
+use rerun::{Color, SeriesLines, StateChange, StateConfiguration};
 
-use super::{error::RecordError, paths, portrait::Portrait, samples::Rows, stream, style};
+use super::{
+    error::RecordError,
+    paths,
+    portrait::Portrait,
+    samples::Rows,
+    stream::{self, RecordingStream},
+    style,
+};
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 
 /// Natural periods that the trail of the phase portrait takes in.

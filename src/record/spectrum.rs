@@ -1,12 +1,12 @@
 //! Spectrum of the probe's velocity, and its spectrogram over the whole run.
 
-use rerun::{Color, Image, LineStrips2D, Points2D, Radius, RecordingStream, Transform3D};
+use rerun::{Color, Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
     error::RecordError,
     paths::{self, Root},
     plot::Plot,
-    stream::{self, Moment},
+    stream::{self, Moment, RecordingStream},
     style::{self, ColorMap, Quantity, Unit, short},
 };
 use crate::{

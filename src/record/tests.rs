@@ -10,14 +10,13 @@ use std::{
 };
 
 use rerun::{
-    RecordingStreamBuilder,
     external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg},
 };
 
 use super::{
     APPLICATION, Audience, Output, Piece, RecordError, RerunSink, blueprint, demo, encode::Encoder,
-    paths,
+    file_stream, paths, stream,
 };
 use crate::pipeline::{
     Delivery, Monitor, Sink,
@@ -200,14 +199,15 @@ fn a_signal_is_drawn_without_a_joint() {
 #[test]
 fn only_views_of_the_analyses_that_run_exist() {
     let count = |analyses: Vec<AnalysisKind>| {
-        let (rec, storage) = RecordingStreamBuilder::new("test").memory().unwrap();
+        let (rec, sent) = stream::in_memory();
         let header = Header {
             analyses,
             ..demo::header(0.1)
         };
         blueprint::send(&rec, &header, demo::spec()).unwrap();
-        let views: BTreeSet<String> = storage
-            .take()
+        let views: BTreeSet<String> = sent
+            .lock()
+            .unwrap()
             .iter()
             .filter_map(|message| match message {
                 LogMsg::ArrowMsg(_, message) => Some(Chunk::from_arrow_msg(message).unwrap()),
@@ -516,22 +516,19 @@ fn demo_files() {
         ("signal", 5, demo::signal_records(0.3)),
     ] {
         for tab in 0..tabs {
-            let rec = RecordingStreamBuilder::new(APPLICATION)
-                .save(folder.join(format!("{name}_{tab}.rrd")))
-                .unwrap();
-            rec.set_log_tick_enabled(false);
-            rec.set_log_time_enabled(false);
-            let mut encoder = None;
-            for record in &records {
-                if let Record::Header(header) = record {
-                    blueprint::send_turned(&rec, header, demo::spec(), tab).unwrap();
-                    let made = Encoder::new(&rec, Arc::clone(header), demo::spec());
-                    encoder = Some(made.unwrap());
+            let path = folder.join(format!("{name}_{tab}.rrd"));
+            let draw = |rec: &stream::RecordingStream| {
+                let mut encoder = None;
+                for record in &records {
+                    if let Record::Header(header) = record {
+                        blueprint::send_turned(rec, header, demo::spec(), tab)?;
+                        encoder = Some(Encoder::new(rec, Arc::clone(header), demo::spec())?);
+                    }
+                    encoder.as_mut().unwrap().accept(rec, record)?;
                 }
-                encoder.as_mut().unwrap().accept(&rec, record).unwrap();
-            }
-            encoder.unwrap().finish(&rec).unwrap();
-            rec.flush_blocking().unwrap();
+                encoder.unwrap().finish(rec)
+            };
+            file_stream::save(&path, APPLICATION, draw).unwrap();
         }
     }
 }

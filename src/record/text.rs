@@ -1,14 +1,22 @@
 //! The words beside the pictures.
 
-use rerun::{RecordingStream, TextDocument, TextLog, TextLogLevel};
+use rerun::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
 
 use super::{
     RERUN_VERSION,
     error::RecordError,
-    paths, stream,
+    paths,
+    stream::{self, RecordingStream},
     style::{self, Quantity},
 };
+use crate::escape;
 use crate::pipeline::message::{AnalysisKind, Header, JointInfo, SignalInfo, Subject, Summary};
+
+/// A document of Markdown for the viewer. Names in it are escaped where they are put in; here, whatever else changes
+/// how text is shown, and pictures, which a viewer would fetch from anywhere.
+pub fn document(markdown: impl AsRef<str>) -> TextDocument {
+    TextDocument::from_markdown(escape::lines(markdown.as_ref()).replace("![", "!\\["))
+}
 
 /// How to read the views that the run has.
 fn reading(header: &Header) -> String {
@@ -140,7 +148,8 @@ impl<'a> From<&'a Header> for Origin<'a> {
 
 /// Properties of the recording: versions, scene, command.
 pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), RecordError> {
-    rec.send_recording_name(origin.name)?;
+    let name = RecordingInfo::update_fields().with_name(&*escape::line(origin.name));
+    rec.log_static(EntityPath::properties(), &name)?;
     let fields = [
         ("scene", origin.scene),
         ("scene_text", origin.scene_text),
@@ -154,15 +163,16 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
             run.with_component::<rerun::components::Text>(name, [value.to_owned()])
         },
     );
-    Ok(rec.send_property(paths::RUN_PROPERTY, &run)?)
+    let path = EntityPath::properties().join(&EntityPath::from(paths::RUN_PROPERTY));
+    rec.log_static(path, &run)
 }
 
 /// What is known before the first frame.
 pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
     let about = format!(
         "# {title}\n\n{about}\n\n## Reading the screen\n\n{reading}\n{moving}\n\n{subject}\
-         squeakscope {version}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
-        title = header.title,
+         squeakscope {version}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        title = escape::markdown(&header.title),
         about = header.about,
         reading = reading(header),
         moving = moving(header),
@@ -172,9 +182,9 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
             Subject::Signal(signal) => signal_about(header, signal),
         },
         version = crate::VERSION,
-        command = header.command,
+        command = escape::code(&header.command),
     );
-    rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
+    rec.log_static(paths::ABOUT, &document(about))?;
     let opening = match header.subject {
         Subject::Joint(_) => {
             "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed."
@@ -206,9 +216,9 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
 /// The scene.
 fn scene_about(header: &Header) -> String {
     format!(
-        "## Scene `{scene}`\n\n```toml\n{text}\n```\n\n",
-        scene = header.scene,
-        text = header.scene_text.trim_end(),
+        "## Scene {scene}\n\n{text}\n\n",
+        scene = escape::code(&header.scene),
+        text = escape::block("toml", &header.scene_text),
     )
 }
 
@@ -217,8 +227,8 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
     let quantity = Quantity::displacement(&header.subject);
     let [low, high] = signal.span.map(|value| quantity.words(value));
     let rows = [
-        ("source", signal.source.clone()),
-        ("column", signal.column.clone()),
+        ("source", escape::markdown(&signal.source)),
+        ("column", escape::markdown(&signal.column)),
         ("samples a second", style::short(header.sample_rate)),
         ("first sample at", style::moment(header, header.start())),
         ("length", Quantity::Time.words(header.duration)),
@@ -256,8 +266,8 @@ pub fn narrate(
             Quantity::Frequency.words(small.frequency_hz),
         ),
         Subject::Signal(signal) => format!(
-            "`{}`, {} samples a second, {} long.",
-            style::signal_name(signal),
+            "{}, {} samples a second, {} long.",
+            escape::code(style::signal_name(signal)),
             style::short(header.sample_rate),
             Quantity::Time.words(header.duration),
         ),
@@ -265,28 +275,23 @@ pub fn narrate(
     let text = format!(
         "**{title}**\n\n{words}\n\n*Seen at {now}.*\n\n---\n\n{about}\n\n\
          *{facts} How to read the views: tab “About”.*\n\n`squeakscope {version}`",
-        title = header.title,
+        title = escape::markdown(&header.title),
         now = style::moment(header, time),
         about = header.about,
         version = crate::VERSION,
     );
-    stream::log_at(
-        rec,
-        paths::NARRATION,
-        time,
-        &TextDocument::from_markdown(text),
-    )
+    stream::log_at(rec, paths::NARRATION, time, &document(text))
 }
 
 /// A line of the log: what was done to the run.
 pub fn note(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
-    let line = TextLog::new(words).with_level(TextLogLevel::INFO);
+    let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::INFO);
     stream::log_at(rec, paths::LOG, time, &line)
 }
 
 /// A line of the log: what the user should know.
 pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
-    let line = TextLog::new(words).with_level(TextLogLevel::WARN);
+    let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::WARN);
     stream::log_at(rec, paths::LOG, time, &line)
 }
 

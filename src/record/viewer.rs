@@ -26,10 +26,10 @@ use rerun::{
     SpawnOptions,
     external::{re_log_encoding::DecoderApp, re_uri::ProxyUri},
     log::LogMsg,
-    sink::{GrpcSink, GrpcSinkConnectionState, LogSink, SinkFlushError},
+    sink::{GrpcSink, GrpcSinkConnectionState, LogSink},
 };
 
-use super::error::RecordError;
+use super::{error::RecordError, stream::MessageSink};
 
 /// How long to wait for a viewer's port.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(2);
@@ -148,6 +148,14 @@ impl Shared {
     }
 }
 
+/// Opens a connection. Rerun panics where there is no thread for it, so that one is asked for before.
+fn open(address: ProxyUri) -> IoResult<GrpcSink> {
+    let spare = thread::Builder::new().spawn(|| ())?;
+    // It does nothing that could fail.
+    let _ = spare.join();
+    Ok(GrpcSink::new(address))
+}
+
 fn hung_up(viewer: &GrpcSink) -> bool {
     matches!(viewer.status(), GrpcSinkConnectionState::Disconnected(_))
 }
@@ -163,7 +171,7 @@ fn part_in_peace(viewer: GrpcSink) -> bool {
 fn thread_error(url: &str, error: &std::io::Error) -> RecordError {
     RecordError::Viewer {
         url: url.to_owned(),
-        reason: format!("no thread for it, {error}"),
+        reason: format!("no thread for it, {error}; raise the limit of processes (ulimit -u)"),
     }
 }
 
@@ -255,7 +263,9 @@ fn serve(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
     let Ok(file) = File::open(file) else {
         return false;
     };
-    let viewer = GrpcSink::new(address.clone());
+    let Ok(viewer) = open(address.clone()) else {
+        return false;
+    };
     let tail = Tail {
         file,
         viewer: &viewer,
@@ -325,10 +335,11 @@ impl Live {
         let shared = Arc::<Shared>::default();
         let (commands, to_do) = bounded(WAITING);
         let to_viewer = Arc::clone(&shared);
+        let viewer = open(address).map_err(|error| thread_error(&url, &error))?;
         // Not joined: it may be stuck with a viewer that does not read.
         thread::Builder::new()
             .name("viewer".to_owned())
-            .spawn(move || live(GrpcSink::new(address), &to_do, &to_viewer))
+            .spawn(move || live(viewer, &to_do, &to_viewer))
             .map_err(|error| thread_error(&url, &error))?;
         Ok(Self {
             url,
@@ -338,10 +349,19 @@ impl Live {
     }
 
     /// Why nothing is sent any more, if so.
-    pub fn fault(&self) -> Option<RecordError> {
+    fn fault(&self) -> Option<RecordError> {
         self.shared.is_away().then(|| RecordError::ViewerGone {
             url: self.url.clone(),
         })
+    }
+
+    /// Takes as long as the viewer takes anything: that is what makes a fast simulation wait.
+    ///
+    /// # Errors
+    /// [`RecordError::ViewerGone`].
+    pub fn flush(&self) -> Result<(), RecordError> {
+        self.ask(Command::Flush, PATIENCE);
+        self.fault().map_or(Ok(()), Err)
     }
 
     /// Waits until the viewer has everything, as long as it takes any of it.
@@ -369,18 +389,9 @@ impl Live {
     }
 }
 
-impl LogSink for Live {
+impl MessageSink for Live {
     fn send(&self, message: LogMsg) {
         self.order(Command::Send(message));
-    }
-
-    /// Takes as long as the viewer takes anything: that is what makes a fast simulation wait.
-    fn flush_blocking(&self, _: Duration) -> Result<(), SinkFlushError> {
-        self.ask(Command::Flush, PATIENCE);
-        match self.fault() {
-            Some(fault) => Err(SinkFlushError::failed(fault.to_string())),
-            None => Ok(()),
-        }
     }
 }
 

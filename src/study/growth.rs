@@ -6,13 +6,12 @@
 #[cfg(test)]
 mod tests;
 
-use std::convert::Infallible;
 use std::time::Instant;
 
 use serde::Serialize;
 
 use super::cost::{CostError, timed};
-use super::pool::Heed;
+use super::pool::{Heed, NoThread};
 use super::response::{From, ResponsePlan, response, section_lag};
 use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
 use crate::analysis::{DelayVectors, Norm, RecurrenceRule, Threshold, deviation, quantify};
@@ -250,7 +249,7 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
             }
             Size::Exponents => meter.exponents(&held, &plan.exponents, &mut goes_on)?,
             Size::Recurrence => meter.recurrence(&held, &plan.states, &mut goes_on)?,
-            Size::Threads => meter.threads(&held, &plan.threads, &mut goes_on),
+            Size::Threads => meter.threads(&held, &plan.threads, &mut goes_on)?,
             Size::Duration => runs(&plan.scene, &plan.durations, run, &mut goes_on)?,
         };
         let Some(grown) = grown else {
@@ -461,7 +460,7 @@ impl Meter {
         scene: &Scene,
         counts: &[usize],
         goes_on: GoesOn<'_>,
-    ) -> Option<Vec<Growth>> {
+    ) -> Result<Option<Vec<Growth>>, CostError> {
         let look = ResponsePlan {
             least: 0.0,
             most: 0.02,
@@ -483,10 +482,10 @@ impl Meter {
             for _ in 0..self.repeats {
                 let mut on = || goes_on(k as f64 / counts.len() as f64);
                 let began = Instant::now();
-                let Ok(all) = sweep(&plan, Shard::WHOLE, &[], threads, &mut Nobody(&mut on));
+                let all = sweep(&plan, Shard::WHOLE, &[], threads, &mut Nobody(&mut on))?;
                 times.push(began.elapsed().as_secs_f64());
                 if !all {
-                    return None;
+                    return Ok(None);
                 }
             }
             times.sort_by(f64::total_cmp);
@@ -496,11 +495,11 @@ impl Meter {
                 memory: None,
             });
         }
-        Some(vec![Growth {
+        Ok(Some(vec![Growth {
             size: Size::Threads,
             work: Work::Sweep,
             points,
-        }])
+        }]))
     }
 }
 
@@ -534,9 +533,9 @@ fn runs(
 struct Nobody<'a>(&'a mut dyn FnMut() -> bool);
 
 impl Audience for Nobody<'_> {
-    type Error = Infallible;
+    type Error = NoThread;
 
-    fn point(&mut self, _: SweepPoint) -> Result<(), Infallible> {
+    fn point(&mut self, _: SweepPoint) -> Result<(), NoThread> {
         Ok(())
     }
 

@@ -13,5 +13,5 @@ pub mod signal;
 mod stability;
 pub mod sweep;
 
-pub use pool::{threads, wait_for};
+pub use pool::{NoThread, threads, wait_for};
 pub use stability::{StabilityAt, StabilityMode, StudyError, growth_causes, stability};

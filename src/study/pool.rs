@@ -52,6 +52,13 @@ impl Heed {
     }
 }
 
+/// Not one thread can be started.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no thread can be started ({0}); raise the limit of processes (ulimit -u) or free some memory"
+)]
+pub struct NoThread(String);
+
 /// What the caller is told.
 pub(super) enum Event<R> {
     /// A result; they come in any order.
@@ -78,15 +85,15 @@ impl<R> Hand<'_, R> {
     }
 }
 
-/// Does the jobs in their order, on so many threads (at least one). A job takes what its thread keeps
+/// Does the jobs in their order, on so many threads (at least one), or fewer if the system gives no more. A job takes what its thread keeps
 /// from one job to the next, at first its default; the job's place; and where it hands its results
 /// over. `tell` answers whether to go on, and is asked every now and then.
 ///
 /// Whether it always said so.
 ///
 /// # Errors
-/// What `tell` says; no job is begun after that.
-pub(super) fn work<K: Default, R: Send, E>(
+/// What `tell` says; no job is begun after that. [`NoThread`].
+pub(super) fn work<K: Default, R: Send, E: From<NoThread>>(
     jobs: usize,
     threads: usize,
     job: impl Fn(&mut K, usize, usize, &Hand<'_, R>) + Sync,
@@ -95,26 +102,32 @@ pub(super) fn work<K: Default, R: Send, E>(
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
         let (sender, receiver) = bounded(threads.max(1));
-        let workers: Vec<_> = (0..threads.clamp(1, jobs.max(1)))
-            .map(|thread| {
-                let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
-                scope.spawn(move || {
-                    let _watch = StopOnPanic(stop);
-                    let hand = Hand {
-                        sender: &sender,
-                        stop,
-                    };
-                    let mut kept = K::default();
-                    while hand.goes_on() {
-                        let place = next.fetch_add(1, Ordering::Relaxed);
-                        if place >= jobs {
-                            break;
-                        }
-                        job(&mut kept, thread, place, &hand);
+        let mut workers = Vec::new();
+        for thread in 0..threads.clamp(1, jobs.max(1)) {
+            let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
+            let worker = move || {
+                let _watch = StopOnPanic(stop);
+                let hand = Hand {
+                    sender: &sender,
+                    stop,
+                };
+                let mut kept = K::default();
+                while hand.goes_on() {
+                    let place = next.fetch_add(1, Ordering::Relaxed);
+                    if place >= jobs {
+                        break;
                     }
-                })
-            })
-            .collect();
+                    job(&mut kept, thread, place, &hand);
+                }
+            };
+            let named = thread::Builder::new().name(format!("study {thread}"));
+            match named.spawn_scoped(scope, worker) {
+                Ok(worker) => workers.push(worker),
+                // The results do not depend on how many there are.
+                Err(fault) if workers.is_empty() => return Err(NoThread(fault.to_string()).into()),
+                Err(_) => break,
+            }
+        }
         drop(sender);
         let mut outcome = Ok(true);
         loop {
@@ -160,6 +173,16 @@ mod tests {
 
     use super::*;
 
+    /// Why an audience has had enough.
+    #[derive(Debug, PartialEq)]
+    struct Fault(&'static str);
+
+    impl From<NoThread> for Fault {
+        fn from(_: NoThread) -> Self {
+            Self("no thread")
+        }
+    }
+
     #[test]
     fn every_job_is_done_once() {
         for threads in [0, 1, 3, 50] {
@@ -172,7 +195,7 @@ mod tests {
                 if let Event::Result(result) = event {
                     results.push(result);
                 }
-                Ok::<bool, ()>(true)
+                Ok::<bool, Fault>(true)
             });
             results.sort_unstable();
             assert_eq!((done, results), (Ok(true), (0..20).collect()));
@@ -181,7 +204,7 @@ mod tests {
             0,
             2,
             |(): &mut (), _, _, _: &Hand<'_, ()>| (),
-            |_| Ok::<bool, ()>(true),
+            |_| Ok::<bool, Fault>(true),
         );
         assert_eq!(none, Ok(true));
     }
@@ -194,12 +217,12 @@ mod tests {
         let mut told = 0;
         let stopped = work(1000, 2, job, |_| {
             told += 1;
-            Ok::<bool, ()>(told < 5)
+            Ok::<bool, Fault>(told < 5)
         });
         assert_eq!(stopped, Ok(false));
         assert!(told < 20, "{told}");
-        let failed = work(1000, 2, job, |_| Err::<bool, &str>("full"));
-        assert_eq!(failed, Err("full"));
+        let failed = work(1000, 2, job, |_| Err::<bool, Fault>(Fault("full")));
+        assert_eq!(failed, Err(Fault("full")));
     }
 
     #[test]
@@ -208,7 +231,7 @@ mod tests {
         let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
             assert!(place != 2, "the third");
         };
-        let _ = work(5, 2, job, |_| Ok::<bool, ()>(true));
+        let _ = work(5, 2, job, |_| Ok::<bool, Fault>(true));
     }
 
     #[test]
@@ -219,7 +242,7 @@ mod tests {
             assert!(place != 2, "the third");
             thread::sleep(Duration::from_millis(5));
         };
-        let all = AssertUnwindSafe(|| work(1000, 2, job, |_| Ok::<bool, ()>(true)));
+        let all = AssertUnwindSafe(|| work(1000, 2, job, |_| Ok::<bool, Fault>(true)));
         assert!(catch_unwind(all).is_err());
         assert!(begun.into_inner() < 100);
     }

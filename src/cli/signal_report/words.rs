@@ -6,6 +6,7 @@ use anstyle::Style;
 
 use super::AnalyseReport;
 use crate::cli::report::Report;
+use crate::escape;
 
 const NAME: Style = Style::new().bold();
 const FAINT: Style = Style::new().dimmed();
@@ -23,7 +24,7 @@ impl Report for AnalyseReport {
         }
         for file in &self.files {
             let megabytes = file.bytes as f64 / 1e6;
-            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", file.path.display());
+            let _ = writeln!(text, "  {} ({megabytes:.1} MB)", escape::path(&file.path));
         }
         text
     }
@@ -36,8 +37,8 @@ impl AnalyseReport {
         let _ = writeln!(
             text,
             "{NAME}{}{NAME:#} {FAINT}{}{FAINT:#}",
-            facts.name,
-            self.file.display()
+            escape::line(&facts.name),
+            escape::path(&self.file)
         );
         let _ = writeln!(
             text,
@@ -59,7 +60,7 @@ impl AnalyseReport {
 
     /// A number with the signal's unit.
     fn amount(&self, value: f64) -> String {
-        let text = format!("{} {}", figures(value), self.signal.unit);
+        let text = format!("{} {}", figures(value), escape::line(&self.signal.unit));
         text.trim_end().to_owned()
     }
 

@@ -104,23 +104,40 @@ impl Arrays {
         })
     }
 
+    /// The shape of an array that may be there, by its header.
+    pub fn shape(&mut self, named: &Named) -> Result<Option<Vec<usize>>, OwnModesError> {
+        Ok(self.npz.shape(named.name)?)
+    }
+
     /// An array that must be there, along whose only axis there is something to count.
     pub fn counted(&mut self, named: &Named, most: usize) -> Result<Vec<f64>, OwnModesError> {
-        let array = self.find(named)?.ok_or_else(|| named.missing())?;
-        match array.shape[..] {
-            [count] if (1..=most).contains(&count) => Ok(array.values),
+        let shape = self.shape(named)?.ok_or_else(|| named.missing())?;
+        match shape[..] {
+            [count] if (1..=most).contains(&count) => self.need(named, &[count]),
             _ => Err(OwnModesError::Count {
                 array: named.name,
-                found: array.shape,
+                found: shape,
                 most,
             }),
         }
     }
 
+    /// An array that may be there, of a given shape, which is checked before it is read.
+    pub fn optional(
+        &mut self,
+        named: &Named,
+        shape: &[usize],
+    ) -> Result<Option<Vec<f64>>, OwnModesError> {
+        match self.shape(named)? {
+            Some(found) if found != shape => Err(named.shape(found, shape.to_vec())),
+            _ => Ok(self.find(named)?.map(|array| array.values)),
+        }
+    }
+
     /// An array that must be there, of a given shape.
     pub fn need(&mut self, named: &Named, shape: &[usize]) -> Result<Vec<f64>, OwnModesError> {
-        let array = self.find(named)?.ok_or_else(|| named.missing())?;
-        of_shape(array, named, shape)
+        let values = self.optional(named, shape)?;
+        values.ok_or_else(|| named.missing())
     }
 
     /// An array that must be there because another one is, of a given shape.
@@ -130,20 +147,7 @@ impl Arrays {
         given: &'static str,
         shape: &[usize],
     ) -> Result<Vec<f64>, OwnModesError> {
-        let array = self.find(named)?.ok_or_else(|| named.incomplete(given))?;
-        of_shape(array, named, shape)
-    }
-}
-
-/// The values of an array, if it has the shape.
-pub(super) fn of_shape(
-    array: Array,
-    named: &Named,
-    shape: &[usize],
-) -> Result<Vec<f64>, OwnModesError> {
-    if array.shape == shape {
-        Ok(array.values)
-    } else {
-        Err(named.shape(array.shape, shape.to_vec()))
+        let values = self.optional(named, shape)?;
+        values.ok_or_else(|| named.incomplete(given))
     }
 }

@@ -31,7 +31,8 @@ const STARTS: Named = Named {
 /// A mass matrix in compressed sparse rows.
 struct Rows {
     data: Vec<f64>,
-    columns: Vec<usize>,
+    /// `None` if each row has all columns.
+    columns: Option<Vec<usize>>,
     /// One more than there are rows.
     starts: Vec<usize>,
 }
@@ -71,20 +72,17 @@ pub(super) fn check(arrays: &mut Arrays, modes: usize) -> Result<(), OwnModesErr
 
 /// The mass matrix, if there is one, and the name of an array of it.
 fn mass(arrays: &mut Arrays) -> Result<Option<(&'static str, Rows)>, OwnModesError> {
-    if let Some(dense) = arrays.find(&DENSE)? {
+    if let Some(shape) = arrays.shape(&DENSE)? {
         for sparse in [&DATA, &INDICES, &STARTS] {
-            if arrays.find(sparse)?.is_some() {
+            if arrays.shape(sparse)?.is_some() {
                 let sparse = sparse.name;
                 return Err(OwnModesError::TwoMasses { sparse });
             }
         }
-        let dofs = dense.shape.first().copied().unwrap_or(0);
-        if dense.shape != [dofs, dofs] {
-            return Err(DENSE.shape(dense.shape, vec![dofs, dofs]));
-        }
+        let dofs = shape.first().copied().unwrap_or(0);
         let rows = Rows {
-            data: dense.values,
-            columns: (0..dofs * dofs).map(|k| k % dofs).collect(),
+            data: arrays.need(&DENSE, &[dofs, dofs])?,
+            columns: None,
             starts: (0..=dofs).map(|row| row * dofs).collect(),
         };
         return Ok(Some((DENSE.name, rows)));
@@ -125,7 +123,7 @@ fn mass(arrays: &mut Arrays) -> Result<Option<(&'static str, Rows)>, OwnModesErr
     }
     let rows = Rows {
         data: data.values,
-        columns,
+        columns: Some(columns),
         starts,
     };
     Ok(Some((DATA.name, rows)))
@@ -136,10 +134,15 @@ impl Rows {
     fn times(&self, x: &[f64], stride: usize, out: &mut [f64]) {
         for (out, ends) in out.iter_mut().zip(self.starts.windows(2)) {
             let entries = ends[0]..ends[1];
-            let row = self.data[entries.clone()]
-                .iter()
-                .zip(&self.columns[entries]);
-            *out = row.map(|(entry, &column)| entry * x[column * stride]).sum();
+            let row = &self.data[entries.clone()];
+            *out = match &self.columns {
+                Some(columns) => (row.iter().zip(&columns[entries]))
+                    .map(|(entry, &column)| entry * x[column * stride])
+                    .sum(),
+                None => (row.iter().zip(x.iter().step_by(stride)))
+                    .map(|(entry, x)| entry * x)
+                    .sum(),
+            };
         }
     }
 }

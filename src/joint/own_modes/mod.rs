@@ -40,7 +40,7 @@ use std::path::Path;
 
 pub use error::OwnModesError;
 
-use self::arrays::{Arrays, Named, of_shape};
+use self::arrays::{Arrays, Named};
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
 use super::{JointSpec, MOST_MODES, Model};
 use crate::fem::SurfaceMesh;
@@ -148,11 +148,10 @@ impl OwnModes {
     /// mass matrix to tell by.
     pub fn read(path: &Path, name: &str) -> Result<Self, OwnModesError> {
         let mut arrays = Arrays::open(path)?;
-        if let Some(version) = arrays.find(&VERSION)? {
-            let version = of_shape(version, &VERSION, &[])?[0];
-            if version != 1.0 {
-                return Err(OwnModesError::Version { found: version });
-            }
+        if let Some(version) = arrays.optional(&VERSION, &[])?
+            && version != [1.0]
+        {
+            return Err(OwnModesError::Version { found: version[0] });
         }
         let omega = frequencies(&mut arrays)?;
         let areas = arrays.counted(&AREAS, MOST_NODES)?;
@@ -169,8 +168,7 @@ impl OwnModes {
             named.positive(values)?;
         }
         let shapes = vectors(&arrays.need(&SHAPES, &[n, 3, m])?, m);
-        let probe = arrays.find(&PROBE)?;
-        let probe = probe.map(|row| of_shape(row, &PROBE, &[m])).transpose()?;
+        let probe = arrays.optional(&PROBE, &[m])?;
         if shapes.as_flattened().iter().all(|x| *x == 0.0) {
             return Err(SHAPES.zero("nothing at the contact would move"));
         }
@@ -397,8 +395,8 @@ impl OwnModes {
 
 /// Natural frequencies, rad/s, in ascending order and those of elastic modes.
 fn frequencies(arrays: &mut Arrays) -> Result<Vec<f64>, OwnModesError> {
-    let in_hertz = arrays.find(&FREQUENCIES)?.is_some();
-    if in_hertz && arrays.find(&OMEGA)?.is_some() {
+    let in_hertz = arrays.shape(&FREQUENCIES)?.is_some();
+    if in_hertz && arrays.shape(&OMEGA)?.is_some() {
         return Err(OwnModesError::TwoFrequencies);
     }
     let (named, per_hertz) = match in_hertz {
@@ -445,15 +443,15 @@ fn vectors(rows: &[f64], modes: usize) -> Vec<[f64; 3]> {
 
 /// The surface for pictures, if there is one.
 fn surface(arrays: &mut Arrays, modes: usize) -> Result<Option<SurfaceMesh>, OwnModesError> {
-    let Some(vertices) = arrays.find(&VERTICES)? else {
+    let Some(shape) = arrays.shape(&VERTICES)? else {
         return Ok(None);
     };
-    let count = vertices.shape.first().copied().unwrap_or(0);
-    let vertices = of_shape(vertices, &VERTICES, &[count, 3])?;
-    let corners = arrays.find(&TRIANGLES)?;
-    let corners = corners.ok_or_else(|| TRIANGLES.incomplete(VERTICES.name))?;
-    let triangles = corners.shape.first().copied().unwrap_or(0);
-    let corners = of_shape(corners, &TRIANGLES, &[triangles, 3])?;
+    let count = shape.first().copied().unwrap_or(0);
+    let vertices = arrays.need(&VERTICES, &[count, 3])?;
+    let shape = arrays.shape(&TRIANGLES)?;
+    let shape = shape.ok_or_else(|| TRIANGLES.incomplete(VERTICES.name))?;
+    let triangles = shape.first().copied().unwrap_or(0);
+    let corners = arrays.need(&TRIANGLES, &[triangles, 3])?;
     let is_vertex = |x: &f64| x.fract() == 0.0 && (0.0..count as f64).contains(x);
     if let Some(wrong) = corners.iter().position(|corner| !is_vertex(corner)) {
         return Err(OwnModesError::Triangle {

@@ -24,6 +24,11 @@ function colour(kind) {
 }
 const NODE_COLOURS = ["#ffa53a", "#58a9ff", "#f2f5f7"];
 
+// Names of files and scenes may hold characters that change how other text is shown.
+const HIDDEN = /[\p{Cc}\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]/gu;
+const shown = (text) =>
+  text.replace(HIDDEN, (c) => `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}`);
+
 const state = { panel: null, refusedUntil: 0, asked: null, askedUntil: 0, pacing: false };
 
 // ---- dark, or light for a projector in a bright room
@@ -74,7 +79,7 @@ function done() {
 
 function refused(words) {
   state.asked = null;
-  $("refused").textContent = words;
+  $("refused").textContent = shown(words);
   $("refused").hidden = false;
   state.refusedUntil = performance.now() + 4000;
   setTimeout(done, 4100);
@@ -88,7 +93,7 @@ let hardKick = null;
 function welcome(told) {
   scenes = told.scenes.map(([name]) => name);
   $("scene").replaceChildren(
-    ...told.scenes.map(([name, title]) => new Option(`${name}: ${title}`, name)),
+    ...told.scenes.map(([name, title]) => new Option(shown(`${name}: ${title}`), name)),
   );
   soundRate = told.sound_rate;
   hardKick = told.hard_kick;

@@ -13,8 +13,22 @@ use crate::study::signal::SignalReport;
 /// Most points of a curve: more cannot be told apart.
 const MOST_POINTS: usize = 4000;
 
-/// One figure a subject: waveform, spectrum, spectrogram, delay, portrait, recurrence, measures,
-/// section, divergence, zero_one, regime.
+/// Stems of the names of the figures that [`signal_figures`] draws.
+pub const SIGNAL_FIGURES: [&str; 11] = [
+    "waveform",
+    "spectrum",
+    "spectrogram",
+    "delay",
+    "portrait",
+    "recurrence",
+    "measures",
+    "section",
+    "divergence",
+    "zero_one",
+    "regime",
+];
+
+/// One figure a subject, as [`SIGNAL_FIGURES`] lists them.
 pub fn signal_figures(report: &SignalReport) -> Vec<Figure> {
     let view = View::new(report);
     vec![
@@ -70,9 +84,10 @@ impl<'a> View<'a> {
         (signal.start + sample / signal.rate) * self.along.factor
     }
 
-    fn samples(&self) -> Vec<f64> {
+    /// All samples in their unit on show. A signal may fill the memory: no second copy is made of it.
+    fn samples(&self) -> impl Iterator<Item = f64> + '_ {
         let samples = self.report.signal.samples.iter();
-        samples.map(|x| x * self.unit.factor).collect()
+        samples.map(|x| x * self.unit.factor)
     }
 
     /// The highest frequency worth showing, Hz: all lines, or all there is.

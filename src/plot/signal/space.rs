@@ -38,13 +38,13 @@ impl View<'_> {
     }
 
     pub fn portrait(&self) -> Figure {
-        let samples = self.samples();
+        let samples = &self.report.signal.samples;
         let lag = self.report.delay.lag;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS)..count;
-        let points = newest.map(|k| [samples[k], samples[k + lag]]);
+        let points = newest.map(|k| [k, k + lag].map(|k| samples[k] * self.unit.factor));
         let points: Vec<[f64; 2]> = points.collect();
-        let axis = |name: &str| Axis::around(self.unit.after(name), samples.iter().copied());
+        let axis = |name: &str| Axis::around(self.unit.after(name), self.samples());
         let panel = Panel::new(
             format!("lag {lag} samples, the newest {}", points.len()),
             axis("y(t)"),

@@ -18,7 +18,7 @@ const PIXELS: [usize; 2] = [1600, 600];
 
 impl View<'_> {
     pub fn waveform(&self) -> Figure {
-        let all = self.samples();
+        let all = &self.report.signal.samples;
         let count = all.len();
         let period = match self.report.lines.first() {
             Some(line) => self.report.signal.rate / line.line.frequency,
@@ -26,10 +26,11 @@ impl View<'_> {
         };
         let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
         let panel = |title: &str, from: usize| {
-            let curve = envelope(&all[from..], |k| self.time((from + k) as f64));
+            let mut curve = envelope(&all[from..], |k| self.time((from + k) as f64));
+            curve.iter_mut().for_each(|[_, y]| *y *= self.unit.factor);
             let times = [self.time(from as f64), self.time(count as f64 - 1.0)];
             let x = Axis::linear(self.along.after("time"), times);
-            let y = Axis::around(self.unit.after("signal"), all.iter().copied());
+            let y = Axis::around(self.unit.after("signal"), self.samples());
             Panel::new(title, x, y, vec![Layer::line(curve, Color::Ink).wide(0.8)])
         };
         let rows = vec![

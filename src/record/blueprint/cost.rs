@@ -1,20 +1,17 @@
 //! The screen of what accuracy costs: a tab a knob.
 
-use rerun::{
-    RecordingStream,
-    blueprint::{
-        Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Tabs, TimePanel,
-        components::PanelState,
-    },
+use rerun::external::re_sdk_types::blueprint::{
+    archetypes::TimePanelBlueprint, components::PanelState,
 };
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     record::{
-        cost::{self, Picture},
+        cost::Picture,
         error::RecordError,
         figure,
         paths::{self, Root},
+        stream::RecordingStream,
         style::capital,
     },
     study::cost::Knob,
@@ -28,14 +25,9 @@ pub fn send(rec: &RecordingStream, knobs: &[(Knob, Vec<Picture>)]) -> Result<(),
     let mut tabs: Vec<_> = tabs.collect();
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.extend(tab("About", Some(about)));
-    let blueprint = Blueprint::new(Tabs::new(tabs))
-        .with_auto_layout(false)
-        .with_auto_views(false)
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
-        // Nothing changes with time.
-        .with_time_panel(TimePanel::new().with_state(PanelState::Hidden));
-    layout.send(rec, cost::APPLICATION, &blueprint)
+    // Nothing changes with time.
+    let time_panel = TimePanelBlueprint::new().with_state(PanelState::Hidden);
+    layout.send(rec, tabs, &time_panel)
 }
 
 impl Layout {

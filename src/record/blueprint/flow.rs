@@ -1,8 +1,8 @@
 //! The screens of the flow itself: its exponents, and two copies that part.
 
-use rerun::blueprint::{ContainerLike, components::Corner2D};
+use rerun::external::re_sdk_types::blueprint::components::Corner2D;
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{AnalysisKind, Header, Subject},
     record::{butterfly::Butterfly, exponents::ExponentsPlot, paths},

@@ -1,8 +1,6 @@
 //! The screens of a joint: what it does, its contact, its modes, and the health of the run.
 
-use rerun::blueprint::{ContainerLike, Spatial3DView};
-
-use super::{Layout, Parts, log, tab};
+use super::{ContainerLike, Layout, Parts, View, log, tab};
 use crate::{
     pipeline::message::{Header, JointInfo},
     record::{patch, paths, portrait::Portrait, samples, style, vantage::Vantage},
@@ -230,7 +228,7 @@ impl Layout {
                 style::short(spec.exaggeration)
             ),
         };
-        let view: ContainerLike = Spatial3DView::new(name)
+        let view: ContainerLike = View::in_3d(name)
             .with_origin(paths::SCENE_3D)
             .with_contents(
                 [
@@ -264,7 +262,7 @@ impl Layout {
             "Contact patch; circles {}° apart",
             style::short(patch::circle_step(joint)),
         );
-        let view: ContainerLike = Spatial3DView::new(name)
+        let view: ContainerLike = View::in_3d(name)
             .with_origin(paths::SCENE_3D)
             .with_contents(
                 [

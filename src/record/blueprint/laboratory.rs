@@ -1,8 +1,8 @@
 //! The screens of the signal laboratory: embedding, recurrence, kind of motion.
 
-use rerun::blueprint::{ContainerLike, components::Corner2D};
+use rerun::external::re_sdk_types::blueprint::components::Corner2D;
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{AnalysisKind, Header},
     record::{chaos::Chaos, delay::Delay, paths, section::Section},

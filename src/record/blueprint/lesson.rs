@@ -1,8 +1,8 @@
 //! The screen of a scene that shows a mechanism: its lesson, and the picture that proves it.
 
-use rerun::blueprint::{ContainerLike, components::Corner2D};
+use rerun::external::re_sdk_types::blueprint::components::Corner2D;
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{AnalysisKind, Computed, Header, Subject},
     record::{

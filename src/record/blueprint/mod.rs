@@ -1,9 +1,7 @@
 //! The viewer's screen: which views, where, with which ranges and eyes.
 //!
 //! The Rust interface of Rerun has views and containers but no setters for a view's properties
-//! (time range, axis range, legend, bounds, eye). A blueprint is itself a recording, though: a
-//! property is an archetype logged at `view/<id>/<archetype>`. So the blueprint is written to
-//! memory, the properties are added to the same store, and all of it is sent on together.
+//! (time range, axis range, legend, bounds, eye), so that `tree` writes blueprints itself.
 
 mod cost;
 mod flow;
@@ -13,37 +11,35 @@ mod lesson;
 mod signal;
 mod small;
 mod sweep;
+mod tree;
 
 use rerun::{
-    Archetype, EntityPath, RecordingStream, RecordingStreamBuilder,
-    blueprint::{
-        Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-        Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
-        TimeSeriesView, Vertical,
-        components::{PanelState, PlayState},
-    },
+    Archetype,
     datatypes::{TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange},
-    external::{
-        re_log_types::BlueprintActivationCommand,
-        re_sdk_types::blueprint::{
-            archetypes::{
-                Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, VisibleTimeRanges,
-                VisualBounds2D,
-            },
-            components::{BackgroundKind, Corner2D},
+    external::re_sdk_types::blueprint::{
+        archetypes::{
+            Background, EyeControls3D, LineGrid3D, PlotLegend, ScalarAxis, TimePanelBlueprint,
+            VisibleTimeRanges, VisualBounds2D,
         },
+        components::{BackgroundKind, Corner2D, PanelState, PlayState},
     },
-    log::LogMsg,
 };
 
 use super::{
-    error::RecordError, paths, plot::Bounds, recurrence::Recurrence, sink::APPLICATION, spectrum,
-    stream, style,
+    error::RecordError,
+    paths,
+    plot::Bounds,
+    recurrence::Recurrence,
+    spectrum,
+    stream::{self, RecordingStream},
+    style,
 };
 use crate::{
     pipeline::message::{AnalysisKind, Header, Subject},
     scene::RecordSpec,
 };
+
+use tree::{Container, ContainerLike, Properties, View};
 
 pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
@@ -111,46 +107,35 @@ pub fn send_turned(
     };
     let mut tabs: Vec<_> = tabs.into_iter().flatten().collect();
     tabs.rotate_left(first);
-    let blueprint = Blueprint::new(Tabs::new(tabs))
-        .with_auto_layout(false)
-        .with_auto_views(false)
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
-        .with_time_panel(
-            TimePanel::new()
-                .with_state(PanelState::Collapsed)
-                .with_timeline(paths::TIMELINE)
-                .with_playback_speed(speed)
-                .with_play_state(PlayState::Following),
-        );
-    layout.send(rec, APPLICATION, &blueprint)
+    let time_panel = TimePanelBlueprint::new()
+        .with_state(PanelState::Collapsed)
+        .with_timeline(paths::TIMELINE)
+        .with_playback_speed(speed)
+        .with_play_state(PlayState::Following);
+    layout.send(rec, tabs, &time_panel)
 }
 
 /// Collects the properties of views while these are laid out.
 #[derive(Default)]
 struct Layout {
-    properties: Vec<(EntityPath, Vec<rerun::SerializedComponentBatch>)>,
+    properties: Properties,
 }
 
 impl Layout {
     /// Adds a property to a view.
     fn set<A: Archetype + rerun::AsComponents>(&mut self, view: &ContainerLike, property: &A) {
-        if let ContainerLike::View(view) = view {
-            let path = view
-                .blueprint_path()
-                .join(&EntityPath::from_single_string(A::name().short_name()));
-            self.properties
-                .push((path, property.as_serialized_batches()));
-        }
+        self.add(view, A::name().short_name(), property);
     }
 
     /// Gives a view what its entities have where they do not say it themselves.
     fn set_default(&mut self, view: &ContainerLike, looks: &impl rerun::AsComponents) {
+        self.add(view, "defaults", looks);
+    }
+
+    fn add(&mut self, view: &ContainerLike, name: &'static str, what: &impl rerun::AsComponents) {
         if let ContainerLike::View(view) = view {
-            let path = view
-                .blueprint_path()
-                .join(&EntityPath::from_single_string("defaults"));
-            self.properties.push((path, looks.as_serialized_batches()));
+            let properties = self.properties.entry(view.key()).or_default();
+            properties.push((name, what.as_serialized_batches()));
         }
     }
 
@@ -166,20 +151,20 @@ impl Layout {
     }
 
     fn text(&mut self, name: &str, path: &str) -> ContainerLike {
-        TextDocumentView::new(name).with_origin(path).into()
+        View::text_document(name).with_origin(path).into()
     }
 
     /// A time series of the last `window` s before the cursor, or of the whole run. A legend
     /// would cover data: the name says what the colours mean.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
-        let view = TimeSeriesView::new(name).with_origin(path).into();
+        let view = View::time_series(name).with_origin(path).into();
         self.windowed(view, window)
     }
 
     /// As [`Layout::series`], of several entities.
     fn series_of(&mut self, name: &str, paths: &[&str], window: Option<f64>) -> ContainerLike {
         let contents = paths.iter().map(|path| format!("+ /{path}"));
-        let view = TimeSeriesView::new(name).with_contents(contents).into();
+        let view = View::time_series(name).with_contents(contents).into();
         self.windowed(view, window)
     }
 
@@ -204,7 +189,7 @@ impl Layout {
     /// Several entities over the whole run, with a legend of their names.
     fn many_series(&mut self, name: &str, paths: &[&str], legend: Corner2D) -> ContainerLike {
         let contents = paths.iter().map(|path| format!("+ /{path}"));
-        let view: ContainerLike = TimeSeriesView::new(name).with_contents(contents).into();
+        let view: ContainerLike = View::time_series(name).with_contents(contents).into();
         self.set(&view, &PlotLegend::new().with_corner(legend));
         view
     }
@@ -219,7 +204,7 @@ impl Layout {
 
     /// A picture with its own axes, shown whole.
     fn picture(&mut self, name: &str, path: &str, bounds: Bounds) -> ContainerLike {
-        let view: ContainerLike = Spatial2DView::new(name).with_origin(path).into();
+        let view: ContainerLike = View::in_2d(name).with_origin(path).into();
         let range =
             |[low, high]: [f32; 2]| rerun::datatypes::Range1D([f64::from(low), f64::from(high)]);
         self.set(
@@ -284,7 +269,7 @@ impl Layout {
 
     /// A cube of side 2 about the origin.
     fn cube(&mut self, name: &str, origin: &str, distance: f64) -> ContainerLike {
-        let view: ContainerLike = Spatial3DView::new(name).with_origin(origin).into();
+        let view: ContainerLike = View::in_3d(name).with_origin(origin).into();
         let from = [0.57, -0.69, 0.45].map(|c| distance * c);
         self.eye(&view, from, [0.0; 3], [0.0, 0.0, 1.0]);
         view
@@ -306,58 +291,29 @@ impl Layout {
         );
     }
 
-    /// Joins the blueprint's own messages and the properties, and sends them.
+    /// Sends it all.
     fn send(
         self,
         rec: &RecordingStream,
-        application: &'static str,
-        blueprint: &Blueprint,
+        tabs: Vec<ContainerLike>,
+        time_panel: &TimePanelBlueprint,
     ) -> Result<(), RecordError> {
-        let (stream, storage) = RecordingStreamBuilder::new(application).memory()?;
-        blueprint.send(&stream, BlueprintActivation::default())?;
-        let mut messages = Vec::new();
-        let mut activation = None;
-        let sent = storage.take();
-        // Its storage holds the stream that holds it; torn apart, their threads end.
-        stream.disconnect();
-        for message in sent {
-            match message {
-                LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
-                message if message.store_id().is_blueprint() => messages.push(message),
-                // The memory recording's own introduction.
-                _ => {}
-            }
-        }
-        let Some(activation): Option<BlueprintActivationCommand> = activation else {
-            return Err(RecordError::Encode(
-                "the blueprint has no activation".to_owned(),
-            ));
-        };
-
-        let store = RecordingStreamBuilder::from_store_id(&activation.blueprint_id);
-        let (stream, storage) = store.memory()?;
-        stream.set_log_tick_enabled(false);
-        stream.set_log_time_enabled(false);
-        stream.set_time_sequence("blueprint", 0);
-        for (path, batches) in self.properties {
-            stream.log_serialized_batches(path, false, batches)?;
-        }
-        let properties = storage.take().into_iter();
-        stream.disconnect();
-        messages.extend(properties.filter(|m| matches!(m, LogMsg::ArrowMsg(..))));
-        rec.send_blueprint(messages, activation);
-        Ok(())
+        tree::send(rec, &Container::tabs(tabs), time_panel, self.properties)
     }
 }
 
 /// Warnings and the summary.
 fn log() -> ContainerLike {
-    TextLogView::new("Log").with_origin(paths::LOG).into()
+    View::text_log("Log").with_origin(paths::LOG).into()
 }
 
 /// A tab, unless there is nothing to put there.
 fn tab(name: &str, content: Option<ContainerLike>) -> Option<ContainerLike> {
-    Some(Vertical::new([content?]).with_name(name).into())
+    Some(
+        Container::column(vec![content?], Vec::new())
+            .with_name(name)
+            .into(),
+    )
 }
 
 /// Views of a row or column with their shares of it. One that is not there takes no room.
@@ -383,13 +339,13 @@ impl Parts {
     /// Side by side; `None` if there is nothing.
     fn row(self) -> Option<ContainerLike> {
         let Self { views, shares } = self;
-        (!views.is_empty()).then(|| Horizontal::new(views).with_column_shares(shares).into())
+        (!views.is_empty()).then(|| Container::row(views, shares).into())
     }
 
     /// One below the other; `None` if there is nothing.
     fn column(self) -> Option<ContainerLike> {
         let Self { views, shares } = self;
-        (!views.is_empty()).then(|| Vertical::new(views).with_row_shares(shares).into())
+        (!views.is_empty()).then(|| Container::column(views, shares).into())
     }
 }
 

@@ -1,8 +1,6 @@
 //! The screen of a signal from a file.
 
-use rerun::blueprint::ContainerLike;
-
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{Header, SignalInfo},
     record::{paths, style},

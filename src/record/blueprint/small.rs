@@ -1,8 +1,6 @@
 //! The screen of a small system.
 
-use rerun::blueprint::{ContainerLike, StateTimelineView};
-
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, View, tab};
 use crate::{
     pipeline::message::{Header, SmallInfo},
     record::{paths, portrait::Portrait, small, style::Quantity},
@@ -33,9 +31,7 @@ impl Layout {
             Some(window),
         );
         let name = format!("What it does: {}", small::key(info));
-        let status: ContainerLike = StateTimelineView::new(name)
-            .with_origin(paths::STATUS)
-            .into();
+        let status: ContainerLike = View::state_timeline(name).with_origin(paths::STATUS).into();
         self.window(&status, window);
 
         let top = Parts::new()

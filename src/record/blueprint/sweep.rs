@@ -1,22 +1,20 @@
 //! The screens of a sweep: its starts side by side, and each by itself.
 
 use rerun::{
-    RecordingStream,
-    blueprint::{
-        Blueprint, BlueprintPanel, ContainerLike, SelectionPanel, Spatial3DView, Tabs, TimePanel,
-        TimeSeriesView,
-        components::{LoopMode, PanelState, PlayState},
-    },
     datatypes::{TimeInt, TimeRangeBoundary},
-    external::re_sdk_types::blueprint::{archetypes::TimeAxis, components::TimeRange},
+    external::re_sdk_types::blueprint::{
+        archetypes::{TimeAxis, TimePanelBlueprint},
+        components::{LoopMode, PanelState, PlayState, TimeRange},
+    },
 };
 
-use super::{Layout, Parts, tab};
+use super::{ContainerLike, Layout, Parts, View, tab};
 use crate::{
     plot,
     record::{
         error::RecordError,
         paths::{self, Root},
+        stream::RecordingStream,
         sweep::{self, Ladder, Scope, SweepStudy},
     },
     study::sweep::Start,
@@ -51,20 +49,13 @@ pub fn send(
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.push(tab("About", Some(about)));
     let tabs: Vec<_> = tabs.into_iter().flatten().collect();
-    let blueprint = Blueprint::new(Tabs::new(tabs))
-        .with_auto_layout(false)
-        .with_auto_views(false)
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
-        .with_time_panel(
-            TimePanel::new()
-                .with_state(PanelState::Collapsed)
-                .with_timeline(scope.ladder.name.clone())
-                .with_fps(PLAYS * scope.ladder.gap())
-                .with_loop_mode(LoopMode::All)
-                .with_play_state(PlayState::Paused),
-        );
-    layout.send(rec, sweep::APPLICATION, &blueprint)
+    let time_panel = TimePanelBlueprint::new()
+        .with_state(PanelState::Collapsed)
+        .with_timeline(scope.ladder.name.as_str())
+        .with_fps(PLAYS * scope.ladder.gap())
+        .with_loop_mode(LoopMode::All)
+        .with_play_state(PlayState::Paused);
+    layout.send(rec, tabs, &time_panel)
 }
 
 /// All ticks, and a little more to either side; nothing if there is but one.
@@ -157,7 +148,7 @@ impl Layout {
 
     /// The natural modes side by side, from the front and a little from above.
     fn mode_shapes(&mut self, count: usize) -> ContainerLike {
-        let view: ContainerLike = Spatial3DView::new("Natural modes, yellow moves most")
+        let view: ContainerLike = View::in_3d("Natural modes, yellow moves most")
             .with_origin(paths::SHAPES)
             .into();
         let distance = 60.0 * count.max(6) as f64;
@@ -181,7 +172,7 @@ impl Layout {
         let contents = contents.map(|path| format!("+ /{}", root.at(path)));
         // In words it would not fit over a narrow view.
         let name = format!("Lyapunov exponents, 1/s: {start}");
-        let view = TimeSeriesView::new(name).with_contents(contents).into();
+        let view = View::time_series(name).with_contents(contents).into();
         let view = self.windowed(view, None);
         let [low, high] = scope.exponent_range;
         self.range(&view, low, high);

@@ -11,7 +11,7 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{DynamicArchetype, RecordingStream, TextDocument, components::Scalar};
+use rerun::{DynamicArchetype, components::Scalar};
 
 use super::{
     blueprint,
@@ -19,6 +19,7 @@ use super::{
     figure::View,
     file_stream,
     paths::{self, Root},
+    stream::RecordingStream,
     text::{self, Origin},
 };
 use crate::{
@@ -98,11 +99,11 @@ fn draw(
     };
     text::send_properties(rec, origin)?;
     let turned: Vec<Knob> = knobs.iter().map(|(knob, _)| *knob).collect();
-    let about = TextDocument::from_markdown(words::about(plan, study, &turned, command));
+    let about = text::document(words::about(plan, study, &turned, command));
     rec.log_static(paths::ABOUT, &about)?;
     for (knob, pictures) in &mut knobs {
         let root = Root::of_knob(knob.name());
-        let words = TextDocument::from_markdown(words::knob(study, *knob));
+        let words = text::document(words::knob(study, *knob));
         rec.log_static(root.at(paths::KNOB_WORDS), &words)?;
         for set in study.sets.iter().filter(|set| set.knob == *knob) {
             log_numbers(rec, &root, set)?;
@@ -126,5 +127,5 @@ fn log_numbers(rec: &RecordingStream, root: &Root, set: &CostSet) -> Result<(), 
         .with_component::<Scalar>("cpu_ms", column(|point| 1e3 * point.seconds))
         .with_component::<Scalar>("calls", column(|point| point.calls as f64))
         .with_component::<Scalar>("error", column(error));
-    Ok(rec.log_static(root.at(&paths::cost_numbers(&set.family)), &numbers)?)
+    rec.log_static(root.at(&paths::cost_numbers(&set.family)), &numbers)
 }

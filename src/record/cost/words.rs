@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::{
-    VERSION,
+    VERSION, escape,
     plot::cost::{error_words, plain, setting},
     record::{
         RERUN_VERSION,
@@ -166,9 +166,11 @@ fn cheapest(study: &CostStudy, knob: Knob) -> String {
     format!(
         "## The cheapest setting\n\n| for an error of | setting | ms | calls | its error |\n\
          |---|---|---|---|---|\n{rows}\n\
-         White rims in the pictures. `squeakscope cost {} --write FILE.toml` puts this into the scene, and \
-         `--accuracy 1e-4` takes it.\n\n",
-        study.scene
+         White rims in the pictures. {} puts this into the scene, and `--accuracy 1e-4` takes it.\n\n",
+        escape::code(&format!(
+            "squeakscope cost {} --write FILE.toml",
+            study.scene
+        ))
     )
 }
 
@@ -181,23 +183,24 @@ pub fn about(plan: &CostPlan, study: &CostStudy, knobs: &[Knob], command: &str) 
     let rows: String = knobs.iter().map(row).collect();
     let advice: String = knobs.iter().map(|knob| cheapest(study, *knob)).collect();
     format!(
-        "# What accuracy costs in `{scene}`\n\n\
+        "# What accuracy costs in {scene}\n\n\
          Each knob is turned with all others at their reference, and the error is set against the work: CPU \
          time (the median of repeated runs, all threads together) and calls of the right-hand side, which \
          are free of noise. Trajectories start in the settled motion and are compared over {horizon}: in \
          chaos no longer than an error takes to grow by a factor of e.{held}\n\n\
          {reading}\n\n{advice}## The knobs\n\n| knob | what is turned | error |\n|---|---|---|\n{rows}\n\
-         ## Scene `{scene}`: {title}\n\n```toml\n{text}\n```\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
-        scene = study.scene,
+         ## Scene {scene}: {title}\n\n{text}\n\n\
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        scene = escape::code(&study.scene),
         horizon = Quantity::Time.words(study.horizon),
         held = study
             .held
             .words()
             .map(|words| format!(" Held at its first values: {words}."))
             .unwrap_or_default(),
-        title = plan.scene.title,
+        title = escape::markdown(&plan.scene.title),
         reading = reading(study, knobs),
-        text = plan.scene.text.trim_end(),
+        text = escape::block("toml", &plan.scene.text),
+        command = escape::code(command),
     )
 }

@@ -1,6 +1,6 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{LineStrips3D, Radius, RecordingStream, SeriesPoints, TextDocument};
+use rerun::{LineStrips3D, Radius, SeriesPoints};
 
 use super::{
     SweepStudy,
@@ -20,8 +20,9 @@ use crate::{
         paths::{self, Root},
         plot::Bounds,
         portrait,
-        stream::{self, Moment},
+        stream::{self, Moment, RecordingStream},
         style::{self, Quantity},
+        text,
     },
     study::{
         response::{Portrait, RecurrenceWindow, Response, section_lag},
@@ -144,7 +145,7 @@ impl<'a> Draw<'a> {
     ) -> Result<(), RecordError> {
         let point = self.sweep.at(self.start, value);
         let document = words::point(self.sweep, self.start, value, point);
-        let document = TextDocument::from_markdown(document);
+        let document = text::document(document);
         stream::log_at(rec, self.root.at(paths::POINT_WORDS), at, &document)?;
         let cursor = Layer::upright(value, Color::Ink).at(paths::CURSOR);
         let plot = self.views.diagram.plot(&self.diagram);

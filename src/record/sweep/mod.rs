@@ -17,13 +17,13 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::{RecordingStream, TextDocument, TimelineName};
+use rerun::TimelineName;
 
 use super::{
     blueprint,
     error::RecordError,
     file_stream, paths,
-    stream::Moment,
+    stream::{Moment, RecordingStream},
     text::{self, Origin},
 };
 use crate::{
@@ -104,7 +104,7 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError
     };
     text::send_properties(rec, origin)?;
     let about = words::about(sweep, &scope.ladder.name);
-    rec.log_static(paths::ABOUT, &TextDocument::from_markdown(about))?;
+    rec.log_static(paths::ABOUT, &text::document(about))?;
     if let Some(ball) = sweep.ball {
         shapes::draw(rec, ball)?;
     }

@@ -1,7 +1,7 @@
 //! Fig. 2 in three dimensions: the natural modes of ball and beam side by side, each drawn so large that
 //! it is seen, coloured by how far it moves.
 
-use rerun::{LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
+use rerun::{LineStrips3D, Mesh3D, Points3D, Radius};
 
 use crate::{
     fem::{FamilyMode, ModeKind},
@@ -11,6 +11,7 @@ use crate::{
         body::in_single,
         error::RecordError,
         paths,
+        stream::RecordingStream,
         style::{self, ColorMap},
     },
 };
@@ -81,5 +82,5 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> 
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    Ok(rec.log_static(paths::SHAPE_NAMES, &names)?)
+    rec.log_static(paths::SHAPE_NAMES, &names)
 }

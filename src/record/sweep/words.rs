@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::SweepStudy;
 use crate::{
-    VERSION, plot,
+    VERSION, escape, plot,
     record::{
         RERUN_VERSION, exponents,
         style::{Quantity, capital, short},
@@ -87,7 +87,10 @@ pub fn point(
     };
     match &point.outcome {
         Ok(found) => format!("{head}{}", response(found, &from)),
-        Err(reason) => format!("{head}### No response\n\n{from}\n\n{reason}\n"),
+        Err(reason) => format!(
+            "{head}### No response\n\n{from}\n\n{}\n",
+            escape::markdown(reason)
+        ),
     }
 }
 
@@ -220,21 +223,21 @@ pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     let rows: String = sweep.values().iter().map(row).collect();
     let axis = sweep.plan.axes.first();
     format!(
-        "# `{scene}` over {name}\n\n\
+        "# {scene_name} over {name}\n\n\
          The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
          {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
          An asterisk: not settled. τ = {lag} in sections.\n\n\
-         ## Scene `{scene}`: {title}\n\n{about}\n\n```toml\n{text}\n```\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as `{command}`.\n",
-        title = scene.title,
+         ## Scene {scene_name}: {title}\n\n{about}\n\n{text}\n\n\
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        title = escape::markdown(&scene.title),
         about = scene.about,
         name = parameter(sweep),
         label = axis.map_or_else(String::new, |axis| axis.label()),
         lag = Quantity::Time.words(section_lag(scene)),
-        scene = scene.name,
-        text = scene.text.trim_end(),
-        command = sweep.command,
+        scene_name = escape::code(&scene.name),
+        text = escape::block("toml", &scene.text),
+        command = escape::code(sweep.command),
     )
 }
 

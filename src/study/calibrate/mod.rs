@@ -13,7 +13,7 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::paper::{Evidence, Finding, compare, nearness, score};
-use super::pool::{Event, Hand, work};
+use super::pool::{Event, Hand, NoThread, work};
 use super::response::{From, ResponsePlan, response};
 use super::sweep::chain_of_causes;
 use crate::joint::BallJoint;
@@ -80,8 +80,8 @@ pub struct Trial {
 
 /// Who is told of trials, on the caller's own thread.
 pub trait Witness {
-    /// Why it cannot go on.
-    type Error;
+    /// Why it cannot go on, or that no thread can be started.
+    type Error: std::convert::From<NoThread>;
 
     /// Takes a trial as soon as it is there.
     ///
@@ -130,7 +130,7 @@ pub fn calibrate<W: Witness>(
                 tried.push(trial);
             }
             let best = ranked(trials.iter().chain(&tried)).first().copied();
-            Ok(witness.progress(first + tried.len(), best))
+            Ok::<_, W::Error>(witness.progress(first + tried.len(), best))
         })?;
         let complete = tried.len() == candidates.len();
         tried.sort_by_key(|trial| trial.number);

@@ -8,7 +8,7 @@ struct Notes {
 }
 
 impl Witness for Notes {
-    type Error = std::convert::Infallible;
+    type Error = NoThread;
 
     fn trial(&mut self, trial: &Trial) -> Result<(), Self::Error> {
         self.trials.push(trial.clone());

@@ -19,6 +19,7 @@ mod tests;
 
 use cpu_time::ProcessTime;
 
+use super::pool::NoThread;
 use super::response::{From, ResponseError, ResponsePlan, response};
 use crate::analysis::AnalysisError;
 use crate::dynamics::{DynamicsError, Exponent};
@@ -210,6 +211,9 @@ pub enum CostError {
     /// An analysis does not take the samples.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// There are no threads to measure with.
+    #[error(transparent)]
+    NoThread(#[from] NoThread),
 }
 
 /// What all knobs start from.

@@ -1,8 +1,8 @@
 //! One method after another, on one signal.
 
 use super::{
-    FEWEST_SAMPLES, MOST_NONLINEAR, MeasuresAt, NamedLine, RecurrenceImage, RecurrenceReport,
-    SignalReport, SignalSearch,
+    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrenceImage,
+    RecurrenceReport, SignalReport, SignalSearch,
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
@@ -13,6 +13,7 @@ use crate::analysis::{
     quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
+use crate::memory;
 
 /// About so many columns make a spectrogram.
 const COLUMNS: usize = 400;
@@ -101,13 +102,19 @@ fn run(
     if !can_be_squared || high - low < SMALLEST_RANGE {
         return Err(End::Failed(AnalysisError::Size));
     }
+    let buffers = SpectrumAnalyser::bytes(samples.len().min(MOST_SPECTRUM));
+    memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
+        samples: samples.len(),
+        shortage,
+    })?;
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
         false => Err(End::Stopped),
     };
     step(0.0, "spectrum")?;
-    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate).analyse(samples)?;
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate)
+        .analyse_spans(samples, MOST_SPECTRUM)?;
     let lines = spectrum.lines(&LineCriterion::default());
     let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
@@ -324,17 +331,21 @@ impl Plan {
 
     /// Measures of windows along the whole signal. A window in which nothing moves has none.
     fn along(&self, signal: &Signal) -> Result<Vec<MeasuresAt>, AnalysisError> {
-        let taken = thinned(&signal.samples, self.stride);
-        let length = self.samples_for(WINDOW_STATES).min(taken.len() / 3);
+        // Only windows are thinned: a copy of all would be as long as the signal.
+        let ahead = (signal.samples.len() - 1) % self.stride;
+        let count = (signal.samples.len() - 1) / self.stride + 1;
+        let length = self.samples_for(WINDOW_STATES).min(count / 3);
         if length < self.samples_for(2) {
             return Ok(Vec::new());
         }
-        let room = taken.len() - length;
+        let room = count - length;
         let windows = WINDOWS.min(room + 1);
         let mut along = Vec::with_capacity(windows);
         for k in 0..windows {
             let first = room * k / (windows - 1).max(1);
-            let measures = self.measures(&taken[first..first + length])?;
+            let begin = ahead + first * self.stride;
+            let window = &signal.samples[begin..=begin + (length - 1) * self.stride];
+            let measures = self.measures(&thinned(window, self.stride))?;
             let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
             along.extend(measures.map(|measures| MeasuresAt {
                 time: signal.start + centre / signal.rate,

@@ -12,7 +12,7 @@ pub(super) mod tests;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::pool::{Event, Hand, work};
+use super::pool::{Event, Hand, NoThread, work};
 use super::response::{From, Response, ResponseError, response};
 use crate::joint::BallJoint;
 use crate::scene::SceneError;
@@ -44,8 +44,8 @@ pub struct SweepProgress {
 
 /// Who is told of what happens, on the caller's own thread.
 pub trait Audience {
-    /// Why it cannot go on.
-    type Error;
+    /// Why it cannot go on, or that no thread can be started.
+    type Error: std::convert::From<NoThread>;
 
     /// Takes a point, as soon as it is there; points come in any order.
     ///
@@ -105,7 +105,7 @@ pub fn sweep<A: Audience>(
             done += 1;
             audience.point(point)?;
         }
-        Ok(audience.progress(SweepProgress {
+        Ok::<_, A::Error>(audience.progress(SweepProgress {
             done,
             all,
             share: share(done).min(1.0),

@@ -6,12 +6,10 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter};
-use std::panic;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use arrow_array::RecordBatch;
-use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
@@ -20,6 +18,9 @@ use toml::Value;
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
+use crate::foreign::arrow::ArrowStream;
+use crate::foreign::{one_line, open_file, without_panic};
+use crate::study::NoThread;
 
 /// Key of the schema's metadata under which the sweep says what it is ([`SweepPlan::identity`]).
 pub const IDENTITY: &str = "squeakscope sweep";
@@ -63,6 +64,9 @@ pub enum TableError {
         /// Why.
         source: io::Error,
     },
+    /// The sweep cannot be begun.
+    #[error(transparent)]
+    Begin(#[from] NoThread),
     /// The file was taken away while points were added to it.
     #[error(
         "`{path}` was removed or moved while the sweep was running, and what comes now would be lost; run again into a folder that stays"
@@ -172,15 +176,8 @@ pub fn write_table(
 /// # Errors
 /// [`TableError::Read`], [`TableError::Foreign`].
 pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
-    static HOOK: Mutex<()> = Mutex::new(());
-    // The library panics on some damaged files. That is told as an error, and not twice.
-    let alone = HOOK.lock().unwrap_or_else(PoisonError::into_inner);
-    let hook = panic::take_hook();
-    panic::set_hook(Box::new(|_| {}));
-    let read = panic::catch_unwind(|| read_points(path));
-    panic::set_hook(hook);
-    drop(alone);
-    read.unwrap_or_else(|_| {
+    // The library panics on some damaged files.
+    without_panic(|| read_points(path)).unwrap_or_else(|| {
         Err(TableError::Foreign {
             path: path.to_owned(),
             reason: "it is damaged; take a copy of it, or begin anew".to_owned(),
@@ -193,15 +190,15 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
         path: path.to_owned(),
         reason,
     };
-    let file = File::open(path).map_err(|source| TableError::Read {
+    let (file, length) = open_file(path).map_err(|source| TableError::Read {
         path: path.to_owned(),
         source,
     })?;
-    if file.metadata().is_ok_and(|meta| meta.len() == 0) {
+    if length == 0 {
         return Err(foreign("it is empty; remove it".to_owned()));
     }
-    let stream = StreamReader::try_new(BufReader::new(file), None)
-        .map_err(|error| foreign(error.to_string()))?;
+    let mut stream =
+        ArrowStream::new(BufReader::new(file)).map_err(|fault| foreign(fault.to_string()))?;
     let identity = stream.schema().metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| foreign("it does not say what sweep it is of".into()))?;
     let mut table = SweepTable {
@@ -209,18 +206,21 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
         points: Vec::new(),
         torn: false,
     };
-    for batch in stream {
-        let Ok(batch) = batch else {
-            table.torn = true;
-            break;
+    loop {
+        let batch = match stream.next_batch() {
+            Ok(Some(batch)) => batch,
+            Ok(None) => return Ok(table),
+            Err(_) => {
+                table.torn = true;
+                return Ok(table);
+            }
         };
         let rows: Vec<Row> =
-            serde_arrow::from_record_batch(&batch).map_err(|error| foreign(error.to_string()))?;
+            serde_arrow::from_record_batch(&batch).map_err(|error| foreign(one_line(error)))?;
         for row in rows {
             table.points.push(row.into_point().map_err(&foreign)?);
         }
     }
-    Ok(table)
 }
 
 impl SweepTable {

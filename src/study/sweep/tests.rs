@@ -4,6 +4,16 @@ use super::*;
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 
+/// Why an audience has had enough.
+#[derive(Debug, PartialEq)]
+struct Fault(&'static str);
+
+impl std::convert::From<NoThread> for Fault {
+    fn from(_: NoThread) -> Self {
+        Self("no thread")
+    }
+}
+
 /// Keeps the points; stops after so many.
 struct Notes {
     points: Vec<SweepPoint>,
@@ -11,9 +21,9 @@ struct Notes {
 }
 
 impl Audience for Notes {
-    type Error = String;
+    type Error = Fault;
 
-    fn point(&mut self, point: SweepPoint) -> Result<(), String> {
+    fn point(&mut self, point: SweepPoint) -> Result<(), Fault> {
         self.points.push(point);
         Ok(())
     }
@@ -115,14 +125,14 @@ fn a_point_that_cannot_be_is_told_and_the_rest_goes_on() {
 fn an_audience_that_fails_ends_it() {
     struct Full;
     impl Audience for Full {
-        type Error = &'static str;
-        fn point(&mut self, _: SweepPoint) -> Result<(), &'static str> {
-            Err("no space")
+        type Error = Fault;
+        fn point(&mut self, _: SweepPoint) -> Result<(), Fault> {
+            Err(Fault("no space"))
         }
         fn progress(&mut self, _: SweepProgress) -> bool {
             true
         }
     }
     let ended = sweep(&plan(), Shard::WHOLE, &[], 2, &mut Full);
-    assert_eq!(ended, Err("no space"));
+    assert_eq!(ended, Err(Fault("no space")));
 }

@@ -11,10 +11,13 @@
 //! ```
 
 mod disk;
+mod environment;
+mod outputs;
 mod panics;
 mod signals;
 mod slow;
 mod studies;
+mod threads;
 mod viewers;
 
 use std::os::unix::process::CommandExt;

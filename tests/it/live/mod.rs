@@ -2,10 +2,16 @@
 //! real browser.
 
 mod browser;
+mod files;
+mod floods;
+mod leaks;
 mod page;
+// What a process takes is read from where Linux keeps it.
+#[cfg(target_os = "linux")]
+mod soak;
 mod sockets;
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -16,20 +22,34 @@ use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 /// Long after anything here should have happened, on a busy machine too.
-const DEADLINE: Duration = Duration::from_secs(90);
+pub const DEADLINE: Duration = Duration::from_secs(90);
 
 /// A live run with its page, which does not outlive its test.
-struct Live {
+pub struct Live {
     child: Child,
     /// Where the page is, such as `127.0.0.1:40123`.
-    host: String,
+    pub host: String,
     folder: tempfile::TempDir,
 }
 
 impl Live {
-    fn start(scene: &str, more: &[&str]) -> Self {
+    pub fn start(scene: &str, more: &[&str]) -> Self {
+        Self::start_by(&[], scene, more)
+    }
+
+    /// Started by another program, which becomes it.
+    fn start_by(launcher: &[&str], scene: &str, more: &[&str]) -> Self {
+        let words = launcher.iter().copied();
+        let mut words = words.chain([env!("CARGO_BIN_EXE_squeakscope")]);
+        let mut program = Command::new(words.next().expect("a program"));
+        program.args(words);
+        Self::of(program, scene, more)
+    }
+
+    /// Started by a command that the arguments are added to.
+    fn of(mut program: Command, scene: &str, more: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        let mut child = program
             .current_dir(folder.path())
             .args(["live", scene, "--serve", "--port", "0", "--no-keys"])
             .args(more)
@@ -54,8 +74,24 @@ impl Live {
         self.folder.path()
     }
 
-    fn socket(&self, path: &str) -> Socket {
+    pub fn socket(&self, path: &str) -> Socket {
         Socket::open(&self.host, path)
+    }
+
+    /// Ends it as Ctrl-C does; the exit code, and what it said on the standard output and error.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let code = self.interrupt();
+        let text = |stream: Option<&mut dyn Read>| {
+            let mut text = String::new();
+            stream
+                .expect("piped")
+                .read_to_string(&mut text)
+                .expect("text");
+            text
+        };
+        let stdout = text(self.child.stdout.as_mut().map(|stream| stream as _));
+        let stderr = text(self.child.stderr.as_mut().map(|stream| stream as _));
+        (code, stdout, stderr)
     }
 
     /// Ends it as Ctrl-C does; the exit code.
@@ -83,7 +119,7 @@ impl Drop for Live {
 }
 
 /// A web socket to the page's server.
-struct Socket(WebSocket<MaybeTlsStream<TcpStream>>);
+pub struct Socket(WebSocket<MaybeTlsStream<TcpStream>>);
 
 impl Socket {
     fn open(host: &str, path: &str) -> Self {
@@ -119,7 +155,7 @@ impl Socket {
     }
 
     /// The next panel of which something holds.
-    fn panel(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
+    pub fn panel(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
             let panel = self.hear("panel");

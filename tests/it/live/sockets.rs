@@ -357,3 +357,27 @@ fn latency() {
         took[took.len() - 1]
     );
 }
+
+/// What a scene's file says reaches the page without anything that changes how the rest is shown.
+#[test]
+fn the_texts_of_a_scene_are_shown() {
+    const NAME: &str = "a\u{1b}[2J\u{9b}1m\u{202e}b\u{2066}\n<img src=x>c";
+    const SHOWN: &str = "a\\u001b[2J\\u009b1m\\u202eb\\u2066\\n<img src=x>c";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("evil.toml");
+    let text = squeakscope::scene::preset("impact-oscillator")
+        .unwrap()
+        .text;
+    // The name, title and description come first, and then the tables.
+    let body = &text[text.find("\n[").unwrap()..];
+    let texts = ["title", "about"].map(|key| format!("{key} = {}\n", json!(NAME)));
+    std::fs::write(&path, texts.concat() + body).unwrap();
+    let live = Live::start(path.to_str().unwrap(), &[]);
+    let mut control = live.socket("/control");
+    let welcome = control.hear("welcome");
+    assert_eq!(welcome["scenes"][0], json!(["evil", SHOWN]));
+    let panel = control.panel(|panel| panel["scene"] == "evil");
+    assert_eq!(panel["title"], SHOWN);
+    // The description may have lines.
+    assert_eq!(panel["about"], SHOWN.replace("\\n", "\n"));
+}

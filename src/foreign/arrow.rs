@@ -1,0 +1,228 @@
+//! Arrow's streaming format, with every length checked.
+//!
+//! A stream is a schema and then batches, each with a header (a flatbuffer) and a body. The
+//! library's own reader allocates the body that a header claims, which may be more than there is
+//! memory. Here both must lie within the stream and below [`MAX_MESSAGE`], and a header must not
+//! expand to more than [`MAX_HEADER`] when its shared parts are counted each time.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::io::{self, Read};
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_ipc::convert::fb_to_schema;
+use arrow_ipc::reader::{read_dictionary, read_record_batch};
+use arrow_ipc::{MessageHeader, root_as_message_with_opts};
+use arrow_schema::{Schema, SchemaRef};
+use flatbuffers::VerifierOptions;
+
+use super::{one_line, read_exactly};
+
+/// The largest body of a message, bytes.
+pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
+
+/// The largest header of a message, bytes: a schema with its texts.
+const MAX_HEADER: u64 = 64 << 20;
+
+/// The most tables within a header: a schema has a few for each of its fields.
+const MAX_TABLES: usize = 1 << 16;
+
+/// What a message begins with since version 0.15 of the format.
+const CONTINUATION: u32 = u32::MAX;
+
+/// Why there are no more batches.
+#[derive(Debug)]
+pub(crate) enum ArrowFault {
+    /// The stream ends within a message, or a message claims to be longer than what is left.
+    BreaksOff,
+    /// What is there cannot be decoded.
+    Damaged(String),
+}
+
+impl fmt::Display for ArrowFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BreaksOff => f.write_str("it breaks off"),
+            Self::Damaged(reason) => f.write_str(reason),
+        }
+    }
+}
+
+impl From<io::Error> for ArrowFault {
+    fn from(error: io::Error) -> Self {
+        damaged(error)
+    }
+}
+
+fn damaged(reason: impl fmt::Display) -> ArrowFault {
+    ArrowFault::Damaged(one_line(reason))
+}
+
+/// The batches of a stream. It may still panic: use it within [`super::without_panic`].
+pub(crate) struct ArrowStream<R> {
+    reader: R,
+    schema: SchemaRef,
+    dictionaries: HashMap<i64, ArrayRef>,
+}
+
+impl<R: Read> ArrowStream<R> {
+    /// Reads the schema.
+    pub fn new(mut reader: R) -> Result<Self, ArrowFault> {
+        let header = read_header(&mut reader)?.ok_or(ArrowFault::BreaksOff)?;
+        let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
+        let schema = message
+            .header_as_schema()
+            .ok_or_else(|| damaged("it does not begin with a schema"))?;
+        let schema = Arc::new(fb_to_schema(schema));
+        read_body(&mut reader, message.bodyLength())?;
+        Ok(Self {
+            reader,
+            schema,
+            dictionaries: HashMap::new(),
+        })
+    }
+
+    /// What its batches are made of.
+    pub fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    /// The next batch; `None` at the end.
+    pub fn next_batch(&mut self) -> Result<Option<RecordBatch>, ArrowFault> {
+        while let Some(header) = read_header(&mut self.reader)? {
+            let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
+            let body = read_body(&mut self.reader, message.bodyLength())?.into();
+            let version = message.version();
+            let schema = &self.schema;
+            let known = &mut self.dictionaries;
+            match message.header_type() {
+                MessageHeader::RecordBatch => {
+                    let batch = message.header_as_record_batch();
+                    let batch = batch.ok_or_else(|| damaged("a batch is empty"))?;
+                    let schema = Arc::clone(schema);
+                    let read = read_record_batch(&body, batch, schema, known, None, &version);
+                    return read.map(Some).map_err(damaged);
+                }
+                MessageHeader::DictionaryBatch => {
+                    let batch = message.header_as_dictionary_batch();
+                    let batch = batch.ok_or_else(|| damaged("a dictionary is empty"))?;
+                    read_dictionary(&body, batch, schema, known, &version).map_err(damaged)?;
+                }
+                MessageHeader::NONE => {}
+                _ => return Err(damaged("it has a message that no stream has")),
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// What a header may expand to.
+fn limits() -> VerifierOptions {
+    VerifierOptions {
+        max_tables: MAX_TABLES,
+        max_apparent_size: MAX_HEADER as usize,
+        ..VerifierOptions::default()
+    }
+}
+
+/// The next header; `None` at the end of the stream, marked or not.
+fn read_header(reader: &mut impl Read) -> Result<Option<Vec<u8>>, ArrowFault> {
+    let mut number = read_number(reader)?;
+    if number == Some(CONTINUATION) {
+        number = Some(read_number(reader)?.ok_or(ArrowFault::BreaksOff)?);
+    }
+    match number.map(u64::from) {
+        None | Some(0) => Ok(None),
+        Some(length) if length > MAX_HEADER => Err(damaged(format!(
+            "a header claims {length} bytes; at most {MAX_HEADER} are read"
+        ))),
+        Some(length) => read_exactly(reader, length)?
+            .map(Some)
+            .ok_or(ArrowFault::BreaksOff),
+    }
+}
+
+/// The number of four bytes that comes next; `None` at the end.
+fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
+    let mut bytes = Vec::with_capacity(4);
+    reader.take(4).read_to_end(&mut bytes)?;
+    match bytes.as_slice().try_into() {
+        Ok(bytes) => Ok(Some(u32::from_le_bytes(bytes))),
+        Err(_) if bytes.is_empty() => Ok(None),
+        Err(_) => Err(ArrowFault::BreaksOff),
+    }
+}
+
+/// The body that belongs to a header.
+fn read_body(reader: &mut impl Read, length: i64) -> Result<Vec<u8>, ArrowFault> {
+    let length = u64::try_from(length).map_err(|_| damaged("a length is negative"))?;
+    if length > MAX_MESSAGE {
+        return Err(damaged(format!(
+            "a message claims {length} bytes; at most {MAX_MESSAGE} are read"
+        )));
+    }
+    read_exactly(reader, length)?.ok_or(ArrowFault::BreaksOff)
+}
+
+#[cfg(test)]
+mod tests {
+    use arrow_array::Float64Array;
+    use arrow_ipc::writer::StreamWriter;
+
+    use super::super::without_panic;
+    use super::*;
+
+    /// A stream of two batches.
+    fn stream() -> Vec<u8> {
+        let numbers: ArrayRef = Arc::new(Float64Array::from(vec![1.0, 2.0, 3.0]));
+        let batch = RecordBatch::try_from_iter([("x", numbers)]).unwrap();
+        let mut bytes = Vec::new();
+        let mut writer = StreamWriter::try_new(&mut bytes, batch.schema_ref()).unwrap();
+        writer.write(&batch).unwrap();
+        writer.write(&batch).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    /// The batches that can be read, and whether that is all there is.
+    fn read(bytes: &[u8]) -> (usize, bool) {
+        let read = without_panic(|| {
+            let mut stream = ArrowStream::new(bytes)?;
+            let mut count = 0;
+            while let Some(batch) = stream.next_batch().unwrap_or(None) {
+                assert_eq!(batch.num_rows(), 3);
+                count += 1;
+            }
+            Ok::<_, ArrowFault>((count, stream.next_batch().is_ok()))
+        });
+        read.and_then(Result::ok).unwrap_or((0, false))
+    }
+
+    #[test]
+    fn batches_are_read_with_and_without_an_end_mark() {
+        let bytes = stream();
+        assert_eq!(read(&bytes), (2, true));
+        assert_eq!(read(&bytes[..bytes.len() - 8]), (2, true));
+        assert_eq!(read(&bytes[..bytes.len() - 9]).0, 1);
+        assert_eq!(read(b""), (0, false));
+    }
+
+    #[test]
+    fn claims_beyond_the_stream_are_refused_before_anything_is_allocated() {
+        let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
+        for claim in [MAX_HEADER as u32 + 1, u32::MAX - 1] {
+            let refused = ArrowStream::new(&header(claim)[..]).err();
+            let Some(ArrowFault::Damaged(reason)) = refused else {
+                panic!("{claim} is taken: {refused:?}");
+            };
+            assert!(reason.contains("claims"), "{reason}");
+        }
+        for length in [-1, MAX_MESSAGE as i64 + 1, i64::MAX] {
+            let refused = read_body(&mut &stream()[..], length).err();
+            assert!(matches!(refused, Some(ArrowFault::Damaged(_))), "{length}");
+        }
+        let refused = read_body(&mut &stream()[..], MAX_MESSAGE as i64).err();
+        assert!(matches!(refused, Some(ArrowFault::BreaksOff)));
+    }
+}

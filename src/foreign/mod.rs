@@ -1,0 +1,126 @@
+//! Reading files that may be damaged or hostile: no length in them is trusted.
+//!
+//! Libraries that decode such files allocate what a header claims, and panic on what they do not
+//! expect. Here lengths are compared with the file before anything is allocated, and a panic
+//! becomes an error.
+
+pub(crate) mod arrow;
+
+use std::cell::Cell;
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, Read};
+use std::panic::{self, AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Once;
+
+/// Opens a file and returns its length, bytes. Folders, pipes and devices are refused: they have no
+/// length to compare claims with, and some never end.
+///
+/// # Errors
+/// If it is no regular file, or cannot be opened.
+pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
+    // Before it is opened: that alone waits on a pipe.
+    let about = path.metadata()?;
+    if about.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !about.is_file() {
+        return Err(io::Error::other("it is a pipe or a device, not a file"));
+    }
+    Ok((File::open(path)?, about.len()))
+}
+
+/// Exactly `count` bytes, or `None` if fewer are left. Memory grows with what is read, not with
+/// what is claimed.
+///
+/// # Errors
+/// If reading fails.
+pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    reader.take(count).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 == count).then_some(bytes))
+}
+
+/// Characters of a library's reason that are shown: some print what they could not read.
+const SHOWN: usize = 120;
+
+/// What a library says of a fault, in one line.
+pub(crate) fn one_line(reason: impl Display) -> String {
+    let reason = reason.to_string();
+    let line = reason.lines().next().unwrap_or_default();
+    line.chars().take(SHOWN).collect()
+}
+
+thread_local! {
+    static IS_QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does some work with a library that may panic on damaged data: `None` if it did. Nothing is
+/// printed then. Other threads are not affected.
+pub(crate) fn without_panic<T>(work: impl FnOnce() -> T) -> Option<T> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let usual = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_QUIET.get() {
+                usual(info);
+            }
+        }));
+    });
+    let before = IS_QUIET.replace(true);
+    // What a panic leaves half done is dropped by the caller.
+    let done = catch_unwind(AssertUnwindSafe(work));
+    IS_QUIET.set(before);
+    done.ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_regular_file_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "five!").unwrap();
+        assert_eq!(open_file(&file).unwrap().1, 5);
+        for path in [folder.path(), &folder.path().join("missing")] {
+            assert!(open_file(path).is_err());
+        }
+        if cfg!(unix) {
+            let refused = open_file(Path::new("/dev/zero")).unwrap_err();
+            assert!(refused.to_string().contains("device"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn a_claim_beyond_the_end_allocates_nothing() {
+        let mut bytes = &b"abc"[..];
+        assert_eq!(
+            read_exactly(&mut bytes, 2).unwrap().as_deref(),
+            Some(&b"ab"[..])
+        );
+        assert_eq!(read_exactly(&mut bytes, u64::MAX).unwrap(), None);
+    }
+
+    #[test]
+    fn a_reason_is_one_short_line() {
+        assert_eq!(one_line("out of range\n\twhile verifying"), "out of range");
+        assert_eq!(one_line("ä".repeat(SHOWN + 1)), "ä".repeat(SHOWN));
+        assert_eq!(one_line(""), "");
+    }
+
+    #[test]
+    fn a_panic_is_none_and_those_outside_stay_as_they_are() {
+        assert_eq!(without_panic(|| 1), Some(1));
+        let inner = || without_panic(|| panic!("the inner one"));
+        let outer: Option<()> = without_panic(|| {
+            assert_eq!(inner(), None::<()>);
+            assert!(IS_QUIET.get());
+            panic!("the outer one")
+        });
+        assert_eq!(outer, None);
+        assert!(!IS_QUIET.get());
+    }
+}

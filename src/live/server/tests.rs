@@ -1,0 +1,381 @@
+//! A real server on a port of its own, and clients that speak to it by hand.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use tungstenite::stream::MaybeTlsStream;
+
+use super::*;
+use crate::live::bind;
+use crate::live::session::{Plan, Watcher};
+use crate::pipeline::KICKS_A_FRAME;
+use crate::record::{Audience, Piece};
+use crate::scene::Scene;
+use crate::sound::Source;
+
+/// Long after anything here should have happened, on a busy machine too.
+const DEADLINE: Duration = Duration::from_secs(90);
+/// Connections of one address.
+const PLACES: usize = 6;
+
+/// A server of a session that does not begin: what is asked of it waits.
+struct Served {
+    page: Option<Page>,
+    session: Arc<Session>,
+    host: String,
+}
+
+impl Served {
+    fn new() -> Self {
+        Self::with(Limits {
+            per_address: PLACES,
+            ..Limits::default()
+        })
+    }
+
+    fn with(limits: Limits) -> Self {
+        let session = Arc::new(Session::new(Plan {
+            scene: Scene::load("torus-3deg").unwrap(),
+            command: "squeakscope live".to_owned(),
+            pace: 0.02,
+            neighbours: true,
+            watcher: Watcher::Page,
+            folder: PathBuf::from("absent"),
+            save: None,
+            wav: None,
+            source: Source::default(),
+        }));
+        let serving = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
+        let host = serving.address.to_string();
+        let bands = Some(Bands::default());
+        let page = Page::limited(serving, Arc::clone(&session), bands, limits).unwrap();
+        Self {
+            page: Some(page),
+            session,
+            host,
+        }
+    }
+
+    /// A connection that has said something.
+    fn said(&self, words: &str) -> TcpStream {
+        let mut stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(DEADLINE)).unwrap();
+        stream.write_all(words.as_bytes()).unwrap();
+        stream
+    }
+
+    /// The answer to a request, in lower case.
+    fn asked(&self, words: &str) -> String {
+        rest(self.said(words))
+    }
+
+    /// The page, as it is given to a client of today.
+    fn home(&self) -> String {
+        self.asked(&request("/", &[("host", &self.host)]))
+    }
+
+    fn socket(&self, path: &str) -> tungstenite::Result<Socket> {
+        let (mut socket, _) = tungstenite::connect(format!("ws://{}{path}", self.host))?;
+        if let MaybeTlsStream::Plain(stream) = socket.get_mut() {
+            stream.set_read_timeout(Some(DEADLINE)).unwrap();
+        }
+        Ok(socket)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        if let Some(page) = self.page.take() {
+            page.close().unwrap();
+        }
+    }
+}
+
+/// A request with these headers.
+fn request(path: &str, headers: &[(&str, &str)]) -> String {
+    let mut text = format!("GET {path} HTTP/1.1\r\n");
+    for (name, value) in headers {
+        text += &format!("{name}: {value}\r\n");
+    }
+    text + "\r\n"
+}
+
+type Socket = tungstenite::WebSocket<MaybeTlsStream<TcpStream>>;
+
+/// All that still comes, in lower case; a connection that is reset has ended, too.
+fn rest(mut stream: TcpStream) -> String {
+    let mut answer = Vec::new();
+    if let Err(fault) = stream.read_to_end(&mut answer) {
+        assert_eq!(fault.kind(), std::io::ErrorKind::ConnectionReset);
+    }
+    String::from_utf8_lossy(&answer).to_lowercase()
+}
+
+/// Why a command was refused; nothing if it was done.
+fn ask(socket: &mut Socket, command: &Value) -> Option<String> {
+    socket
+        .send(tungstenite::Message::text(command.to_string()))
+        .unwrap();
+    answer(socket)
+}
+
+/// The next answer to a command.
+fn answer(socket: &mut Socket) -> Option<String> {
+    loop {
+        let tungstenite::Message::Text(text) = socket.read().unwrap() else {
+            continue;
+        };
+        let said: Value = serde_json::from_str(&text).unwrap();
+        if said.get("done").is_some() {
+            return None;
+        }
+        if let Some(why) = said["refused"].as_str() {
+            return Some(why.to_owned());
+        }
+    }
+}
+
+/// A frame that says nothing, as a client sends it.
+const PONG: [u8; 6] = [0x8a, 0x80, 0, 0, 0, 0];
+
+const UPGRADE: [(&str, &str); 4] = [
+    ("connection", "upgrade"),
+    ("upgrade", "websocket"),
+    ("sec-websocket-version", "13"),
+    ("sec-websocket-key", "AAAAAAAAAAAAAAAAAAAAAA=="),
+];
+
+#[test]
+fn every_path_refuses_pages_from_elsewhere() {
+    let served = Served::with(Limits::default());
+    let host = ("host", served.host.as_str());
+    let own = format!("http://{}", served.host);
+    for path in [
+        "/",
+        "/page.js",
+        "/favicon.ico",
+        "/control",
+        "/stream",
+        "/sound",
+        "/absent",
+    ] {
+        let status = |more: &[(&str, &str)]| {
+            let headers: Vec<_> = [host].iter().chain(&UPGRADE).chain(more).copied().collect();
+            let mut stream = served.said(&request(path, &headers));
+            // A web socket stays open.
+            let mut answer = String::new();
+            while !answer.contains("\r\n\r\n") {
+                let mut byte = [0];
+                stream.read_exact(&mut byte).unwrap();
+                answer.push(byte[0].to_ascii_lowercase().into());
+            }
+            assert!(
+                answer.contains("cross-origin-resource-policy: same-origin\r\n"),
+                "{path}: {answer}"
+            );
+            answer.split(' ').nth(1).unwrap().parse::<u16>().unwrap()
+        };
+        for foreign in [
+            &[("origin", "http://evil.example")][..],
+            &[("sec-fetch-site", "cross-site")],
+            &[("sec-fetch-site", "same-site"), ("origin", &own)],
+        ] {
+            assert_eq!(status(foreign), 403, "{path} {foreign:?}");
+        }
+        assert_eq!(status(&[host]), 400, "{path}: two hosts");
+        for admitted in [
+            &[][..],
+            &[("sec-fetch-site", "none")],
+            &[("sec-fetch-site", "same-origin"), ("origin", &own)],
+        ] {
+            let expected = match path {
+                "/absent" => 404,
+                "/control" | "/stream" | "/sound" => 101,
+                _ => 200,
+            };
+            assert_eq!(status(admitted), expected, "{path} {admitted:?}");
+        }
+    }
+}
+
+#[test]
+fn only_http_1_1_of_a_sensible_length_is_served() {
+    let served = Served::new();
+    let host = &served.host;
+    let old = served.asked(&format!("GET / HTTP/1.0\r\nhost: {host}\r\n\r\n"));
+    assert!(old.contains(" 505 "), "{old}");
+    let second = served.asked("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0");
+    assert!(
+        !second.contains(" 200 ") && !second.contains("<html"),
+        "{second}"
+    );
+    let long = "x".repeat(1 << 15);
+    let long = served.asked(&request("/", &[("host", host), ("x", &long)]));
+    assert!(!long.contains(" 200 "), "{long}");
+    let fine = served.home();
+    assert!(
+        fine.starts_with("http/1.1 200") && fine.contains("connection: close"),
+        "{fine}"
+    );
+}
+
+#[test]
+fn newcomers_are_served_beside_those_who_never_finish() {
+    let served = Served::new();
+    let begun = format!("GET / HTTP/1.1\r\nhost: {}\r\n", served.host);
+    let slow: Vec<TcpStream> = (0..4 * PLACES).map(|_| served.said(&begun)).collect();
+    for _ in 0..3 {
+        let answer = served.home();
+        assert!(answer.starts_with("http/1.1 200"), "{answer}");
+    }
+    // They made room, the oldest first.
+    for stream in slow.into_iter().take(3 * PLACES) {
+        assert_eq!(rest(stream), "");
+    }
+}
+
+#[test]
+fn headers_that_do_not_come_are_not_waited_for() {
+    let served = Served::with(Limits {
+        for_headers: Duration::from_millis(50),
+        ..Limits::default()
+    });
+    let answers = ["", "GET /", "GET / HTTP/1.1\r\nhost: "].map(|begun| rest(served.said(begun)));
+    assert!(
+        answers.iter().all(|answer| !answer.contains("200")),
+        "{answers:?}"
+    );
+}
+
+#[test]
+fn an_address_has_so_many_sockets_and_no_more() {
+    let served = Served::new();
+    let mut open: Vec<Socket> = (0..PLACES)
+        .map(|_| served.socket("/control").unwrap())
+        .collect();
+    let full = served.home();
+    assert!(
+        full.is_empty() || full.starts_with("http/1.1 503"),
+        "{full}"
+    );
+    assert!(served.socket("/control").is_err());
+    let refused = ask(&mut open[0], &json!({ "do": "tilt", "deg": 99 }));
+    assert!(
+        refused.unwrap().contains("the tilt must be"),
+        "those that there are go on"
+    );
+    drop(open);
+    let began = std::time::Instant::now();
+    while served.socket("/control").is_err() {
+        assert!(
+            began.elapsed() < DEADLINE,
+            "their places are not free again"
+        );
+    }
+}
+
+#[test]
+fn a_flood_of_kicks_is_a_few_kicks_and_many_answers() {
+    const SENT: usize = 1500;
+    let served = Served::new();
+    let mut floods: Vec<_> = (0..4)
+        .map(|_| {
+            let mut socket = served.socket("/control").unwrap();
+            std::thread::spawn(move || {
+                let kick = json!({ "do": "kick" }).to_string();
+                for _ in 0..SENT {
+                    socket.write(tungstenite::Message::text(&kick)).unwrap();
+                }
+                socket.flush().unwrap();
+                let answers: Vec<_> = (0..SENT).map(|_| answer(&mut socket)).collect();
+                let refused = |part: &str| {
+                    let has = |why: &&String| why.contains(part);
+                    answers.iter().flatten().filter(has).count()
+                };
+                [refused("too many commands"), refused("at most 4 kicks")]
+            })
+        })
+        .collect();
+    let refused = floods.drain(..).map(|flood| flood.join().unwrap());
+    let [by_client, by_frame] =
+        refused.fold([0; 2], |[a, b], [client, frame]| [a + client, b + frame]);
+    assert_eq!(by_client + by_frame, 4 * SENT - KICKS_A_FRAME);
+    // Each had forty at once, and a few more in the time that it took.
+    assert!(by_client > 0 && by_frame > 0, "{by_client} and {by_frame}");
+    // Others are not refused for it.
+    let mut other = served.socket("/control").unwrap();
+    assert_eq!(ask(&mut other, &json!({ "do": "tilt", "deg": 4 })), None);
+}
+
+#[test]
+fn fields_that_a_command_does_not_have_are_refused() {
+    let served = Served::new();
+    let mut socket = served.socket("/control").unwrap();
+    for command in [
+        "pause",
+        "resume",
+        "step",
+        "reset",
+        "record",
+        "stop-recording",
+        "kick",
+    ] {
+        let refused = ask(&mut socket, &json!({ "do": command, "file": "x" }));
+        assert!(
+            refused.unwrap().contains("unknown field `file`"),
+            "{command}"
+        );
+    }
+}
+
+#[test]
+fn a_viewer_that_never_reads_is_parted_with() {
+    let served = Served::with(Limits {
+        for_message: Duration::from_millis(50),
+        ..Limits::default()
+    });
+    let upgrade = [("host", served.host.as_str())].into_iter().chain(UPGRADE);
+    let mut silent = served.said(&request("/stream", &upgrade.collect::<Vec<_>>()));
+    let began = std::time::Instant::now();
+    // Once the server has closed it, the system says so to one who writes.
+    while silent.write_all(&PONG).is_ok() {
+        assert!(began.elapsed() < DEADLINE, "it is still waited for");
+        // More than the system keeps on the way.
+        served.session.hub.hear(Piece {
+            bytes: vec![0; 1 << 20],
+            name: "states".to_owned(),
+            lasting: false,
+            begins: false,
+            until: None,
+        });
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_client_that_answers_nothing_is_parted_with() {
+    let served = Served::with(Limits {
+        silence: Duration::from_millis(20),
+        ..Limits::default()
+    });
+    for path in ["/control", "/stream", "/sound"] {
+        let upgrade = [("host", served.host.as_str())].into_iter().chain(UPGRADE);
+        let silent = served.said(&request(path, &upgrade.collect::<Vec<_>>()));
+        assert!(rest(silent).starts_with("http/1.1 101"), "{path}");
+    }
+}
+
+#[test]
+fn all_addresses_are_none_to_open() {
+    for all in ["0.0.0.0:9000", "[::]:9000"] {
+        let found = reachable(all.parse().unwrap());
+        assert!(
+            !found.ip().is_unspecified() && found.port() == 9000,
+            "{found}"
+        );
+    }
+    let one = "127.0.0.1:9000".parse().unwrap();
+    assert_eq!(reachable(one), one);
+}

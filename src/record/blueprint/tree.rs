@@ -1,0 +1,279 @@
+//! The tree of views and containers that a screen is, and how it is written as a blueprint.
+//!
+//! A blueprint is itself a recording: a view is an archetype logged at `view/<id>`, what it shows and each of
+//! its properties below that. Rerun's own writer has no setters for most properties, and leaves two threads
+//! behind each time.
+
+use std::{
+    collections::HashMap,
+    hash::{DefaultHasher, Hash, Hasher},
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+use rerun::{
+    EntityPath, SerializedComponentBatch,
+    datatypes::Uuid,
+    external::re_sdk_types::blueprint::{
+        archetypes::{
+            ContainerBlueprint, PanelBlueprint, TimePanelBlueprint, ViewBlueprint, ViewContents,
+            ViewportBlueprint,
+        },
+        components::{ContainerKind, PanelState, RootContainer},
+    },
+};
+
+use crate::record::{
+    error::RecordError,
+    stream::{self, Moment, RecordingStream},
+};
+
+/// A view, or several of them.
+#[derive(Debug)]
+pub enum ContainerLike {
+    View(View),
+    Container(Container),
+}
+
+/// A view of some entities.
+#[derive(Debug)]
+pub struct View {
+    /// Another one for each view that is made.
+    key: u64,
+    class: &'static str,
+    name: String,
+    origin: EntityPath,
+    contents: Vec<String>,
+}
+
+impl View {
+    /// Of 3D shapes in space.
+    pub fn in_3d(name: impl Into<String>) -> Self {
+        Self::of_class("3D", name)
+    }
+
+    /// Of pictures in a plane.
+    pub fn in_2d(name: impl Into<String>) -> Self {
+        Self::of_class("2D", name)
+    }
+
+    /// Of numbers over time.
+    pub fn time_series(name: impl Into<String>) -> Self {
+        Self::of_class("TimeSeries", name)
+    }
+
+    /// Of states over time.
+    pub fn state_timeline(name: impl Into<String>) -> Self {
+        Self::of_class("StateTimeline", name)
+    }
+
+    /// Of a text.
+    pub fn text_document(name: impl Into<String>) -> Self {
+        Self::of_class("TextDocument", name)
+    }
+
+    /// Of lines of text, each with its time.
+    pub fn text_log(name: impl Into<String>) -> Self {
+        Self::of_class("TextLog", name)
+    }
+
+    fn of_class(class: &'static str, name: impl Into<String>) -> Self {
+        static KEYS: AtomicU64 = AtomicU64::new(0);
+        Self {
+            key: KEYS.fetch_add(1, Ordering::Relaxed),
+            class,
+            name: name.into(),
+            origin: EntityPath::root(),
+            contents: vec!["$origin/**".to_owned()],
+        }
+    }
+
+    /// Of what is at and below a path.
+    #[must_use]
+    pub fn with_origin(mut self, origin: impl Into<EntityPath>) -> Self {
+        self.origin = origin.into();
+        self
+    }
+
+    /// Of what queries select.
+    #[must_use]
+    pub fn with_contents(mut self, queries: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        self.contents = queries.into_iter().map(Into::into).collect();
+        self
+    }
+
+    /// What tells it from all others.
+    pub fn key(&self) -> u64 {
+        self.key
+    }
+}
+
+impl From<View> for ContainerLike {
+    fn from(view: View) -> Self {
+        Self::View(view)
+    }
+}
+
+/// Views side by side, one below the other, or as tabs.
+#[derive(Debug)]
+pub struct Container {
+    kind: ContainerKind,
+    name: Option<String>,
+    contents: Vec<ContainerLike>,
+    shares: Vec<f32>,
+}
+
+impl Container {
+    /// One at a time, to be chosen.
+    pub fn tabs(contents: Vec<ContainerLike>) -> Self {
+        Self {
+            kind: ContainerKind::Tabs,
+            name: None,
+            contents,
+            shares: Vec::new(),
+        }
+    }
+
+    /// Side by side, each with its share of the width.
+    pub fn row(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
+        Self {
+            kind: ContainerKind::Horizontal,
+            shares,
+            ..Self::tabs(contents)
+        }
+    }
+
+    /// One below the other, each with its share of the height; all the same if none are given.
+    pub fn column(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
+        Self {
+            kind: ContainerKind::Vertical,
+            shares,
+            ..Self::tabs(contents)
+        }
+    }
+
+    /// Has a name of its own.
+    #[must_use]
+    pub fn with_name(mut self, name: &str) -> Self {
+        self.name = Some(name.to_owned());
+        self
+    }
+}
+
+impl From<Container> for ContainerLike {
+    fn from(container: Container) -> Self {
+        Self::Container(container)
+    }
+}
+
+/// What views have besides what they show: at which path below theirs, by their keys.
+pub type Properties = HashMap<u64, Vec<(&'static str, Vec<SerializedComponentBatch>)>>;
+
+/// Writes a screen, and has it shown.
+pub fn send(
+    rec: &RecordingStream,
+    screen: &Container,
+    time_panel: &TimePanelBlueprint,
+    properties: Properties,
+) -> Result<(), RecordError> {
+    let mut writer = Writer {
+        blueprint: rec.blueprint(),
+        properties,
+        ids: HashMap::new(),
+    };
+    let root = writer.container(screen)?;
+    let viewport = ViewportBlueprint::new()
+        .with_root_container(RootContainer(Uuid {
+            bytes: root.to_be_bytes(),
+        }))
+        .with_auto_layout(false)
+        .with_auto_views(false);
+    writer.log("viewport", &viewport)?;
+    let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
+    writer.log("blueprint_panel", &hidden)?;
+    writer.log("selection_panel", &hidden)?;
+    writer.log("time_panel", time_panel)?;
+    writer.blueprint.send_waiting()?;
+    rec.show(&writer.blueprint);
+    Ok(())
+}
+
+struct Writer {
+    blueprint: RecordingStream,
+    properties: Properties,
+    /// How many there are already of what has the same hash.
+    ids: HashMap<u64, u64>,
+}
+
+impl Writer {
+    fn log(
+        &self,
+        path: impl Into<EntityPath>,
+        what: &dyn rerun::AsComponents,
+    ) -> Result<(), RecordError> {
+        let always = Moment::tick("blueprint".into(), 0);
+        stream::log_at(&self.blueprint, path, always, what)
+    }
+
+    /// An id that is the same in every recording of the same kind: Rerun keeps each name that it has
+    /// ever seen, so that new ones for each would never be given back.
+    fn id(&mut self, of: impl Hash) -> u128 {
+        let mut hasher = DefaultHasher::new();
+        of.hash(&mut hasher);
+        let hash = hasher.finish();
+        let count = self.ids.entry(hash).or_default();
+        *count += 1;
+        u128::from(hash) << 64 | u128::from(*count)
+    }
+
+    /// Writes what is in the tree; its path.
+    fn part(&mut self, part: &ContainerLike) -> Result<String, RecordError> {
+        match part {
+            ContainerLike::View(view) => self.view(view),
+            ContainerLike::Container(container) => {
+                Ok(format!("container/{}", uuid(self.container(container)?)))
+            }
+        }
+    }
+
+    fn container(&mut self, container: &Container) -> Result<u128, RecordError> {
+        let parts = container.contents.iter().map(|part| self.part(part));
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let id = self.id((container.kind as u8, &container.name, &parts));
+        let mut what = ContainerBlueprint::new(container.kind).with_contents(parts);
+        if let Some(name) = &container.name {
+            what = what.with_display_name(name.as_str());
+        }
+        let shares = container.shares.iter().copied();
+        if shares.len() > 0 {
+            what = match container.kind {
+                ContainerKind::Horizontal => what.with_col_shares(shares),
+                _ => what.with_row_shares(shares),
+            };
+        }
+        self.log(format!("container/{}", uuid(id)), &what)?;
+        Ok(id)
+    }
+
+    fn view(&mut self, view: &View) -> Result<String, RecordError> {
+        let origin = view.origin.to_string();
+        let id = self.id((view.class, &view.name, &origin, &view.contents));
+        let path = format!("view/{}", uuid(id));
+        let contents = ViewContents::new(view.contents.iter().map(String::as_str));
+        self.log(format!("{path}/ViewContents"), &contents)?;
+        let what = ViewBlueprint::new(view.class)
+            .with_display_name(view.name.as_str())
+            .with_space_origin(origin);
+        self.log(path.as_str(), &what)?;
+        for (name, property) in self.properties.remove(&view.key).unwrap_or_default() {
+            self.log(format!("{path}/{name}"), &property)?;
+        }
+        Ok(path)
+    }
+}
+
+/// An id as Rerun spells it.
+fn uuid(id: u128) -> String {
+    let hex = format!("{id:032x}");
+    let parts = [0..8, 8..12, 12..16, 16..20, 20..32].map(|part| &hex[part]);
+    parts.join("-")
+}

@@ -1,0 +1,92 @@
+//! What foreign names and texts become in a recording.
+
+use std::{fs::File, io::BufReader, path::Path, sync::Arc};
+
+use rerun::{
+    external::re_log_encoding::DecoderApp,
+    log::{Chunk, LogMsg},
+};
+
+use super::{Output, RerunSink, demo};
+use crate::pipeline::{
+    Sink,
+    message::{Header, Record, Subject},
+};
+
+/// All texts of a recording and its blueprint, with the names of their components.
+fn texts(path: &Path) -> Vec<(String, String)> {
+    let mut texts = Vec::new();
+    for message in DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap())) {
+        let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
+            continue;
+        };
+        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        for &name in chunk.components().keys() {
+            let rows = chunk.iter_slices::<String>(name).flatten();
+            texts.extend(rows.map(|text| (name.to_string(), text.to_string())));
+        }
+    }
+    texts
+}
+
+/// What a file brings along is shown as it is, and neither steers nor fakes what stands around it. The text of the
+/// scene and the command stay whole among the properties.
+#[test]
+fn names_and_texts_of_a_file_fake_nothing() {
+    const NAME: &str = "a\u{1b}[2J\u{9b}1m\u{202e}b\n# Faked ![x](http://x)`\n```\n# Out";
+    let folder = tempfile::tempdir().unwrap();
+    let name = || NAME.to_owned();
+    for (file, records) in [
+        ("joint.rrd", demo::records(0.01)),
+        ("signal.rrd", demo::signal_records(0.01)),
+    ] {
+        let path = folder.path().join(file);
+        let mut sink = RerunSink::new(
+            &Output {
+                save: Some(path.clone()),
+                ..Output::default()
+            },
+            demo::spec(),
+        )
+        .unwrap();
+        for record in records {
+            let record = match record {
+                Record::Header(header) => {
+                    let mut header = Header::clone(&header);
+                    (header.scene, header.title, header.about) = (name(), name(), name());
+                    (header.scene_text, header.command) = (name(), name());
+                    if let Subject::Signal(signal) = &mut header.subject {
+                        (signal.source, signal.column, signal.unit) = (name(), name(), name());
+                    }
+                    Record::Header(Arc::new(header))
+                }
+                other => other,
+            };
+            sink.accept(record).unwrap();
+        }
+        sink.accept(Record::Warning {
+            time: 0.0,
+            text: name(),
+        })
+        .unwrap();
+        sink.finish().unwrap();
+        let texts = texts(&path);
+        let (kept, shown): (Vec<_>, Vec<_>) = texts.into_iter().partition(|(component, _)| {
+            component.ends_with(":scene_text") || component.ends_with(":command")
+        });
+        assert_eq!(kept.len(), 2);
+        assert!(kept.iter().all(|(_, text)| text == NAME));
+        let escaped = shown.iter().filter(|(_, text)| text.contains("\\u001b"));
+        assert!(escaped.count() > 3, "{file} shows the names");
+        for (component, text) in &shown {
+            let hidden = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
+            assert!(!text.contains(hidden), "{component}: {text:?}");
+            let is_markdown = component.starts_with("TextDocument:");
+            assert!(!is_markdown || !text.contains("!["), "{text:?}");
+            // Only the description is a text of several lines; a fence is longer than any in it.
+            let about = text.matches("\n# Faked").count();
+            let code = text.matches("````toml\na").count();
+            assert!(about <= 1 + code, "{component}: {text:?}");
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! Damaged recordings and tables: whatever is in a file, it is read as far as it goes or refused in
+//! one line. Nothing panics, aborts, or takes the memory that a header claims.
+//!
+//! A longer search for what does:
+//!
+//! ```sh
+//! SQUEAKSCOPE_MUTANTS=20000 cargo test --release --test it damage::a_damaged
+//! ```
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
+use squeakscope::record::{ReadError, Series, paths, read_series};
+use squeakscope::study::sweep::{SweepTable, TableError, read_table};
+
+use crate::mutants::{count, mutants};
+
+/// Damaged copies of each file that are read within this process.
+const READ: usize = 400;
+/// Damaged copies of each file that the program is given.
+const GIVEN: usize = 24;
+
+/// A folder with a recording and a table, and the program.
+pub struct Desk(tempfile::TempDir);
+
+impl Desk {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().expect("temporary folder"))
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs the program, with no more memory than it needs for a small file.
+    fn run(&self, words: &[&str]) -> Output {
+        let mut command = std::process::Command::new("sh");
+        let script = if cfg!(target_os = "linux") {
+            "exec prlimit --as=4000000000 \"$@\""
+        } else {
+            "exec \"$@\""
+        };
+        command
+            .args(["-c", script, "sh", env!("CARGO_BIN_EXE_squeakscope")])
+            .args(words)
+            .current_dir(self.0.path());
+        command.output().expect("started")
+    }
+
+    /// A recording of 4 ms.
+    pub fn recording(&self) -> Vec<u8> {
+        let words = ["run", "torus-3deg", "--duration", "4", "--save", "run.rrd"];
+        assert!(self.run(&words).status.success());
+        fs::read(self.path("run.rrd")).expect("written")
+    }
+
+    /// A recording of somebody else's: a tone of 4000 samples, 100 a message.
+    pub fn tone(&self) -> Vec<u8> {
+        let path = self.path("tone.rrd");
+        let builder = rerun::RecordingStreamBuilder::new("somebody");
+        let recording = builder.save(&path).expect("begun");
+        recording.set_log_time_enabled(false);
+        for k in 0..4000_i32 {
+            let time = rerun::TimeCell::from_duration_nanos(1_000_000 * i64::from(k));
+            recording.set_time("clock", time);
+            let value = (0.4 * f64::from(k)).sin();
+            let row = rerun::Scalars::single(value);
+            recording.log("volts", &row).expect("logged");
+            if k % 100 == 99 {
+                recording.flush_blocking().expect("written");
+            }
+        }
+        drop(recording);
+        fs::read(path).expect("written")
+    }
+
+    /// The table of a sweep over four tilts.
+    pub fn table(&self) -> Vec<u8> {
+        let words = "sweep torus-3deg --tilt 1:4:1 --start cold --least 5 --most 20 --measure 10 --out s.arrow";
+        let words: Vec<&str> = words.split(' ').collect();
+        let made = self.run(&words);
+        assert!(made.status.success(), "{made:?}");
+        fs::read(self.path("s.arrow")).expect("written")
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, bytes).expect("written");
+        path
+    }
+}
+
+/// What a program says that reads a damaged file: nothing but a result, a warning, or one error.
+#[track_caller]
+fn ends_well(output: &Output, damage: &str) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let lines = stderr.lines();
+    let errors = lines.filter(|line| line.starts_with("error: ")).count();
+    match output.status.code() {
+        Some(0) => assert_eq!(errors, 0, "{damage}: {stderr}"),
+        Some(2) => assert_eq!(errors, 1, "{damage}: {stderr}"),
+        _ => panic!("{damage}: {:?}: {stderr}", output.status),
+    }
+    for word in ["panicked", "memory allocation", "capacity overflow"] {
+        assert!(!stderr.contains(word), "{damage}: {stderr}");
+    }
+}
+
+fn displacement(path: &Path) -> Result<Series, ReadError> {
+    read_series(path, Some(paths::DISPLACEMENT))
+}
+
+/// The recording without compression: damage comes through to what lies below it.
+pub fn unpacked(recording: &[u8]) -> Vec<u8> {
+    let mut unpacked = Vec::new();
+    let version = rerun::build_info().version;
+    let options = EncodingOptions::PROTOBUF_UNCOMPRESSED;
+    let mut encoder = Encoder::new_eager(version, options, &mut unpacked).expect("begun");
+    for message in DecoderApp::decode_lazy(recording) {
+        encoder.append(&message.expect("read")).expect("written");
+    }
+    encoder.finish().expect("written");
+    drop(encoder);
+    unpacked
+}
+
+#[test]
+fn a_damaged_recording_is_read_up_to_the_damage_or_refused() {
+    let desk = Desk::new();
+    let recording = desk.recording();
+    let whole = displacement(&desk.path("run.rrd")).expect("read");
+    assert_eq!(whole.damage, None);
+    let unpacked = unpacked(&recording);
+    let path = desk.write("unpacked.rrd", &unpacked);
+    assert_eq!(displacement(&path).expect("read"), whole);
+    for (seed, original) in [(1, &recording), (2, &unpacked)] {
+        let mut read = 0;
+        for mutant in mutants(original, seed).take(count(READ)) {
+            let path = desk.write("mutant.rrd", &mutant.bytes);
+            match displacement(&path) {
+                Ok(_) => read += 1,
+                Err(
+                    ReadError::Format { .. } | ReadError::Column { .. } | ReadError::Damaged { .. },
+                ) => {}
+                Err(error) => panic!("{}: {error}", mutant.damage),
+            }
+        }
+        let all = count(READ);
+        assert!((all / 10..all).contains(&read), "{read}");
+    }
+}
+
+#[test]
+fn the_program_says_what_is_wrong_with_a_damaged_recording() {
+    let desk = Desk::new();
+    let recording = desk.recording();
+    let unpacked = unpacked(&recording);
+    for (seed, original) in [(3, &recording), (4, &unpacked)] {
+        for mutant in mutants(original, seed).take(GIVEN) {
+            desk.write("mutant.rrd", &mutant.bytes);
+            let words = ["analyse", "mutant.rrd", "--column", paths::DISPLACEMENT];
+            ends_well(&desk.run(&words), &mutant.damage);
+        }
+    }
+}
+
+/// The length of the first message: one bit of it asks for up to 18 PB.
+#[test]
+fn a_length_beyond_the_end_of_a_recording_is_refused() {
+    let desk = Desk::new();
+    let recording = desk.recording();
+    for byte in 20..28 {
+        for bit in 0..8 {
+            let mut bytes = recording.clone();
+            bytes[byte] ^= 1 << bit;
+            let path = desk.write("mutant.rrd", &bytes);
+            let error = displacement(&path).expect_err("refused").to_string();
+            assert!(error.contains("damaged at byte"), "{error}");
+        }
+    }
+    let mut bytes = recording;
+    bytes[26] ^= 1;
+    desk.write("mutant.rrd", &bytes);
+    let output = desk.run(&["analyse", "mutant.rrd"]);
+    assert_eq!(output.status.code(), Some(2));
+    ends_well(&output, "bit 0 of byte 26 flipped");
+}
+
+#[test]
+fn what_comes_before_a_damaged_tail_is_read() {
+    let desk = Desk::new();
+    let recording = desk.tone();
+    let whole = read_series(&desk.path("tone.rrd"), None).expect("read");
+    assert_eq!((whole.values.len(), &whole.damage), (4000, &None));
+    let half = recording.len() / 2;
+    let mut zeroed = recording.clone();
+    zeroed[half..].fill(0);
+    for bytes in [&recording[..half], &zeroed] {
+        desk.write("torn.rrd", bytes);
+        let read = read_series(&desk.path("torn.rrd"), None).expect("read");
+        let count = read.values.len();
+        assert!((1500..2500).contains(&count), "{count}");
+        assert_eq!(read.values, whole.values[..count]);
+        let damage = read.damage.expect("known");
+        assert!(damage.at <= half as u64, "{damage}");
+
+        let output = desk.run(&["analyse", "torn.rrd"]);
+        ends_well(&output, "torn");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let seconds = 1e-3 * (count - 1) as f64;
+        let words = [
+            "warning: ".to_owned(),
+            damage.to_string(),
+            format!("{count} samples of `volts` before that, {seconds:.6} s"),
+        ];
+        for word in words {
+            assert!(stderr.contains(&word), "no `{word}` in {stderr}");
+        }
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+    }
+    // The end alone: nothing of the numbers is lost, and it is said all the same.
+    let tail = recording.len() - 16;
+    zeroed.copy_from_slice(&recording);
+    zeroed[tail..].fill(0);
+    for bytes in [&recording[..tail], &zeroed] {
+        let read = read_series(&desk.write("torn.rrd", bytes), None).expect("read");
+        assert_eq!(read.values, whole.values);
+        assert!(read.damage.is_some());
+    }
+}
+
+/// Whether a table has only points that the whole one has.
+fn is_part(table: &SweepTable, whole: &SweepTable) -> bool {
+    let mut points = table.points.iter();
+    points.all(|point| whole.points.contains(point))
+}
+
+#[test]
+fn a_damaged_table_is_read_up_to_the_damage_or_refused() {
+    let desk = Desk::new();
+    let original = desk.table();
+    let whole = read_table(&desk.path("s.arrow")).expect("read");
+    assert_eq!(whole.points.len(), 4);
+    let (mut read, mut torn) = (0, 0);
+    for mutant in mutants(&original, 5).take(count(READ)) {
+        match read_table(&desk.write("mutant.arrow", &mutant.bytes)) {
+            Ok(table) => {
+                read += 1;
+                torn += usize::from(table.torn && is_part(&table, &whole));
+            }
+            Err(error) => {
+                let is_known = matches!(error, TableError::Foreign { .. });
+                assert!(is_known, "{}: {error:?}", mutant.damage);
+            }
+        }
+    }
+    assert!(
+        0 < torn && torn < read && read < count(READ),
+        "{read}, {torn}"
+    );
+    for mutant in mutants(&original, 6).take(GIVEN) {
+        desk.write("mutant.arrow", &mutant.bytes);
+        let _ = fs::remove_file(desk.path("merged.arrow"));
+        let merge = desk.run(&["merge", "mutant.arrow", "--out", "merged.arrow"]);
+        ends_well(&merge, &mutant.damage);
+    }
+}
+
+/// One bit of a length asks for 34 GB.
+#[test]
+fn a_length_beyond_the_end_of_a_table_ends_it() {
+    let desk = Desk::new();
+    let original = desk.table();
+    let whole = read_table(&desk.path("s.arrow")).expect("read");
+    // The first of them has the schema: its length, and that of its body, are in the first bytes.
+    for byte in 4..64 {
+        for bit in 0..8 {
+            let mut bytes = original.clone();
+            bytes[byte] ^= 1 << bit;
+            if let Ok(table) = read_table(&desk.write("mutant.arrow", &bytes)) {
+                assert!(is_part(&table, &whole), "bit {bit} of byte {byte}");
+            }
+        }
+    }
+    // A batch's body: as many bytes as there are up to the next message.
+    let lengths: Vec<usize> = (0..original.len() - 8)
+        .step_by(8)
+        .filter(|&at| {
+            let field = original[at..at + 8].try_into().expect("eight bytes");
+            (10_000..original.len() as u64).contains(&u64::from_le_bytes(field))
+        })
+        .collect();
+    assert!(!lengths.is_empty());
+    for at in lengths {
+        let mut bytes = original.clone();
+        bytes[at + 4] ^= 8;
+        desk.write("mutant.arrow", &bytes);
+        let _ = fs::remove_file(desk.path("merged.arrow"));
+        let merge = desk.run(&["merge", "mutant.arrow", "--out", "merged.arrow"]);
+        ends_well(&merge, &format!("34 GB at byte {at}"));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_refused_before_it_is_read() {
+    let desk = Desk::new();
+    let made = std::process::Command::new("mkfifo")
+        .arg(desk.path("pipe"))
+        .status();
+    assert!(made.expect("mkfifo").success());
+    for path in ["/dev/zero", "/dev/null", "pipe", "."] {
+        for words in [
+            vec!["merge", path, "--out", "merged.arrow"],
+            vec![
+                "live",
+                "--serve",
+                "--no-keys",
+                "--port",
+                "0",
+                "--sweep",
+                path,
+            ],
+            vec!["calibrate", "--resume", "--out", path],
+        ] {
+            let output = desk.run(&words);
+            ends_well(&output, &format!("{words:?}"));
+            assert_eq!(output.status.code(), Some(2), "{words:?}: {output:?}");
+        }
+        let error = displacement(&desk.path(path)).expect_err("refused");
+        assert!(matches!(error, ReadError::Open { .. }), "{error}");
+    }
+}

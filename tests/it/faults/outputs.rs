@@ -1,0 +1,272 @@
+//! Outputs that may not be written, and memory that there is not: known before the work.
+
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::{Ended, Running, desk, names, squeakscope};
+
+fn asked(folder: &Path, words: &str) -> Command {
+    let mut command = squeakscope();
+    command.current_dir(folder).args(words.split(' '));
+    command
+}
+
+fn ended(folder: &Path, words: &str) -> Ended {
+    Running::start(asked(folder, words)).end()
+}
+
+/// Each output of each command, the file that it would write in place of `%`. All of them would take minutes.
+const OUTPUTS: &[(&str, &str)] = &[
+    ("run --duration 100000 --save %", "a.rrd"),
+    ("run --duration 100000 --npz %", "a.npz"),
+    ("run --duration 100000 --wav %", "a.wav"),
+    ("run --duration 100000 --json %", "a.json"),
+    ("live --no-keys --serve --port 0 --save %", "a.rrd"),
+    ("live --no-keys --serve --port 0 --wav %", "a.wav"),
+    ("scenes --json %", "a.json"),
+    ("stability --json %", "a.json"),
+    ("model --out %", "a.npz"),
+    ("model --out b.npz --json %", "a.json"),
+    ("lyapunov --until 100 --png %", "a.png"),
+    ("lyapunov --until 100 --csv %", "a.csv"),
+    ("lyapunov --until 100 --json %", "a.json"),
+    ("sweep --out %", "a.arrow"),
+    ("sweep --resume --out %", "a.arrow"),
+    ("sweep --save %", "a.rrd"),
+    ("sweep --json %", "a.json"),
+    ("basins --out %", "a.arrow"),
+    ("basins --save %", "a.rrd"),
+    ("basins --json %", "a.json"),
+    ("paper --json %", "a.json"),
+    ("calibrate --out %", "a.jsonl"),
+    ("calibrate --resume --out %", "a.jsonl"),
+    ("calibrate --best %", "a.toml"),
+    ("calibrate --json %", "a.json"),
+    ("cost --page %", "a.md"),
+    ("cost --write %", "a.toml"),
+    ("cost --json %", "a.json"),
+    ("growth --page %", "a.md"),
+    ("growth --json %", "a.json"),
+    ("analyse s.csv --rate 1000 --save %", "a.rrd"),
+    ("analyse s.csv --rate 1000 --json %", "a.json"),
+];
+
+/// Each directory of each command, and a file that it would write there.
+const DIRECTORIES: &[(&str, &str)] = &[
+    ("lyapunov --until 100 --png %", "lyapunov.png"),
+    ("sweep --figures %", "bifurcation.svg"),
+    ("basins --figures %", "basins.png"),
+    ("paper --out %", "figure-11.svg"),
+    ("paper --out %", "sweep.csv"),
+    ("paper --out %", "README.md"),
+    ("cost --out %", "cost-nodes.svg"),
+    ("cost --out %", "cost.rrd"),
+    ("growth --out %", "growth.csv"),
+    ("analyse s.csv --rate 1000 --png %", "zero_one.png"),
+];
+
+/// A folder with a signal.
+fn folder() -> tempfile::TempDir {
+    let (folder, _) = desk();
+    let rows: String = (0..600)
+        .map(|k| format!("{}\n", (0.13 * f64::from(k)).sin()))
+        .collect();
+    std::fs::write(folder.path().join("s.csv"), format!("u\n{rows}")).expect("written");
+    folder
+}
+
+fn protect(path: &Path) {
+    std::fs::write(path, "kept").expect("written");
+    std::fs::set_permissions(path, Permissions::from_mode(0o444)).expect("protected");
+}
+
+#[test]
+fn a_protected_output_is_refused_before_the_work() {
+    for (words, name) in OUTPUTS {
+        let folder = folder();
+        let path = folder.path().join(name);
+        protect(&path);
+        let ended = ended(folder.path(), &words.replace('%', name));
+        ended.said(2, &["is write-protected", name]);
+        assert_eq!(std::fs::read(&path).expect("there"), b"kept", "{words}");
+        assert_eq!(names(folder.path()).len(), 2, "{words}");
+    }
+    for (words, name) in DIRECTORIES {
+        let folder = folder();
+        let directory = folder.path().join("there");
+        std::fs::create_dir(&directory).expect("made");
+        protect(&directory.join(name));
+        let ended = ended(folder.path(), &words.replace('%', "there"));
+        ended.said(2, &["is write-protected", name]);
+        assert_eq!(names(&directory), [*name], "{words}");
+    }
+}
+
+/// The short table beside the large one is an output, too.
+#[test]
+fn a_protected_short_table_is_refused_before_the_work() {
+    let folder = folder();
+    protect(&folder.path().join("a.csv"));
+    ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.csv"]);
+}
+
+#[test]
+fn a_name_too_long_is_refused_before_the_work() {
+    let folder = folder();
+    for (words, name) in OUTPUTS {
+        let (_, ending) = name.split_once('.').expect("an ending");
+        let long = format!("{}.{ending}", "x".repeat(254 - ending.len()));
+        ended(folder.path(), &words.replace('%', &long)).said(2, &["name is too long"]);
+        assert_eq!(names(folder.path()), ["s.csv"], "{words}");
+    }
+    for (words, _) in DIRECTORIES {
+        let long = "x".repeat(256);
+        ended(folder.path(), &words.replace('%', &long)).said(2, &["name is too long"]);
+        assert_eq!(names(folder.path()), ["s.csv"], "{words}");
+    }
+    // One that fits.
+    let fits = format!("{}.npz", "x".repeat(243));
+    ended(folder.path(), &format!("run --duration 1 --npz {fits}")).said(0, &[]);
+    assert_eq!(names(folder.path()), ["s.csv", &fits]);
+}
+
+/// Runs a command with so much address space, kB.
+fn cramped(folder: &Path, kilobytes: u32, words: &str) -> Ended {
+    let mut shell = Command::new("sh");
+    let script = format!("ulimit -v {kilobytes}; exec \"$@\"");
+    shell
+        .args(["-c", &script, "sh"])
+        .arg(squeakscope().get_program());
+    shell.args(words.split(' ')).current_dir(folder);
+    Running::start(shell).end()
+}
+
+/// 300 MB are enough for everything but recordings, and these say so before the work.
+#[test]
+fn little_memory_ends_in_an_error() {
+    let folder = folder();
+    for words in [
+        "run --duration 100000",
+        "run torus-3deg --duration 5 --npz a.npz --wav a.wav --json a.json",
+        "sweep torus-3deg --tilt 2:3:1 --out b.arrow",
+        "sweep --save a.rrd --out a.arrow",
+        "basins --save a.rrd --out a.arrow",
+        "cost --out cost",
+        "paper --out paper",
+        "analyse s.csv --rate 1000 --save a.rrd",
+        "live --no-keys --serve --port 0",
+    ] {
+        let ended = cramped(folder.path(), 300_000, words);
+        ended.said(1, &["MB of address space, which the system refuses"]);
+        assert_eq!(ended.stderr.matches("error").count(), 1, "{}", ended.stderr);
+        assert_eq!(names(folder.path()), ["s.csv"], "{words}");
+    }
+    for words in [
+        "stability --tilt 2",
+        "lyapunov impact-oscillator --until 0.1 --png a.png",
+    ] {
+        cramped(folder.path(), 300_000, words).said(0, &[]);
+    }
+    // As many elements as there may be.
+    let text = squeakscope::scene::preset("periodic-2deg")
+        .expect("preset")
+        .text;
+    let text = text.replace("[body] ", "[body]\nelement_size_mm = 1.4 #");
+    std::fs::write(folder.path().join("fine.toml"), text).expect("written");
+    for words in [
+        "model fine.toml --out m.npz",
+        "stability fine.toml --tilt 2",
+    ] {
+        let ended = cramped(folder.path(), 300_000, words);
+        ended.said(1, &["the finite elements take about", "larger elements"]);
+    }
+    // Windows of ten seconds at 2 MHz.
+    let scene = squeakscope::scene::preset("impact-oscillator")
+        .expect("preset")
+        .text;
+    let head = scene.split("[analysis").next().expect("text");
+    let text = format!("{head}[analysis.spectrum]\nwindow_ms = 10000\nevery_ms = 100\n");
+    let text = text.replace("sample_rate_khz = 20\n", "sample_rate_khz = 2000\n");
+    std::fs::write(folder.path().join("long.toml"), text).expect("written");
+    let ended = cramped(folder.path(), 500_000, "run long.toml --npz c.npz");
+    ended.said(1, &["the windows of the analyses take about", "window_ms"]);
+    assert!(!folder.path().join("c.npz").exists());
+}
+
+/// An interrupted search gives the same bytes as one that was not, whatever the threads.
+#[test]
+fn a_search_in_parts_gives_the_same_log() {
+    let (folder, _) = desk();
+    let base = squeakscope::scene::Scene::load("periodic-2deg").expect("preset");
+    let values = [("contact.nodes", 16.0), ("time.tolerance", 1e-3)].map(|(path, value)| {
+        let parameter = squeakscope::scene::Parameter::named(path).expect("a parameter");
+        (parameter, value)
+    });
+    let base = base.with_values(&values).expect("a scene");
+    std::fs::write(folder.path().join("base.toml"), base.text).expect("written");
+    let search = |threads: u32, more: &str| {
+        let words = format!(
+            "calibrate base.toml --generations 2 --population 4 --threads {threads} --json a.json --best a.toml{more}"
+        );
+        ended(folder.path(), &words).said(0, &[]);
+        ["calibrate.jsonl", "a.json", "a.toml"]
+            .map(|name| std::fs::read(folder.path().join(name)).expect("written"))
+    };
+    let whole = search(1, "");
+    let log = String::from_utf8(whole[0].clone()).expect("text");
+    let lines: Vec<&str> = log.lines().collect();
+    assert_eq!(lines.len(), 9);
+    // As three threads leave it when they are killed: in any order, the last line torn.
+    for (kept, threads) in [([2, 1].as_slice(), 3), (&[4, 1, 3, 2, 7], 2)] {
+        let kept = kept.iter().map(|&k| format!("{}\n", lines[k]));
+        let torn = &lines[8][..lines[8].len() / 2];
+        let part = format!("{}\n{}{torn}", lines[0], kept.collect::<String>());
+        std::fs::write(folder.path().join("calibrate.jsonl"), part).expect("written");
+        assert!(search(threads, " --resume") == whole, "{threads} threads");
+    }
+}
+
+/// Steps so coarse that work and energy part, and what `--strict` makes of it.
+#[test]
+fn an_audit_that_fails_is_told_in_every_way() {
+    let (folder, _) = desk();
+    let text = squeakscope::scene::preset("torus-3deg")
+        .expect("preset")
+        .text;
+    let coarse = text
+        .replace("tolerance = 1e-5", "max_step_us = 8")
+        .replace("method = \"lawson54\"", "method = \"rk4\"");
+    assert_ne!(coarse, text);
+    let coarse = coarse.split("[accuracy]").next().expect("text");
+    std::fs::write(folder.path().join("coarse.toml"), coarse).expect("written");
+    let audit = || -> Value {
+        let json = std::fs::read(folder.path().join("a.json")).expect("written");
+        serde_json::from_slice::<Value>(&json).expect("JSON")["audit"].take()
+    };
+    let words = "run coarse.toml --duration 20 --npz a.npz --json a.json";
+    let lax = ended(folder.path(), words);
+    lax.said(
+        0,
+        &["warning: energy and work do not agree", "time.max_step_us"],
+    );
+    assert!(audit()["residual"].as_f64() > Some(0.05), "{}", audit());
+    assert_eq!(audit()["limit"], 0.05);
+    assert_eq!(audit()["holds"], false);
+    std::fs::remove_file(folder.path().join("a.json")).expect("removed");
+    let strict = ended(folder.path(), &format!("{words} --strict"));
+    strict.said(1, &["error: energy and work do not agree", "(--strict)"]);
+    assert_eq!(audit()["holds"], false, "written all the same");
+    // One that holds, and none at all.
+    let fine = "run torus-3deg --duration 20 --npz a.npz --json a.json --strict";
+    ended(folder.path(), fine).said(0, &[]);
+    assert_eq!(audit()["holds"], true);
+    let none = "run impact-oscillator --duration 20 --npz a.npz --json a.json";
+    ended(folder.path(), none).said(0, &[]);
+    assert!(audit().is_null());
+    let strict = ended(folder.path(), &format!("{none} --strict"));
+    strict.said(2, &["nothing was audited (--strict)"]);
+}

@@ -1,0 +1,131 @@
+//! A system that gives no more threads: each command ends in an error, or goes on with fewer, and none panics.
+//!
+//! Root has as many as it likes, so that the program runs as a user that nobody else is; only root can do that.
+
+use std::f64::consts::TAU;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+
+use super::Running;
+
+/// The most threads that are tried, the first one included: from some number on everything works.
+const MOST: u32 = 14;
+
+/// A copy of the program in a folder for everybody, since the user must reach both; `None` where no program can
+/// be started as another user.
+fn stranger() -> Option<(tempfile::TempDir, u32)> {
+    let user = 40_000 + std::process::id() % 20_000;
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let everybody = std::fs::Permissions::from_mode(0o777);
+    std::fs::set_permissions(folder.path(), everybody).expect("set");
+    let program = env!("CARGO_BIN_EXE_squeakscope");
+    std::fs::copy(program, folder.path().join("squeakscope")).expect("copied");
+    let tried = Command::new("setpriv")
+        .args(as_user(user))
+        .args(["./squeakscope", "--version"])
+        .current_dir(folder.path())
+        .output();
+    if !tried.is_ok_and(|tried| tried.status.success()) {
+        eprintln!("not tested: no program can be started as another user here");
+        return None;
+    }
+    Some((folder, user))
+}
+
+fn as_user(user: u32) -> [String; 3] {
+    [
+        format!("--reuid={user}"),
+        format!("--regid={user}"),
+        "--clear-groups".to_owned(),
+    ]
+}
+
+/// The program with so many threads for its user.
+fn limited(folder: &Path, user: u32, threads: u32, words: &[&str]) -> Running {
+    let mut command = Command::new("setpriv");
+    command
+        .current_dir(folder)
+        .args(as_user(user))
+        .args(["prlimit", &format!("--nproc={threads}"), "./squeakscope"])
+        .env("RAYON_NUM_THREADS", "2")
+        .args(words);
+    Running::start(command)
+}
+
+/// A tone of a kilohertz.
+fn tone(path: &Path) {
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: 48_000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut writer = hound::WavWriter::create(path, spec).expect("created");
+    for k in 0..9600 {
+        let phase = TAU * 1000.0 * f64::from(k) / 48_000.0;
+        writer
+            .write_sample((10_000.0 * phase.sin()) as i16)
+            .expect("written");
+    }
+    writer.finalize().expect("written");
+}
+
+/// Tries a command with ever more threads, until it ends well.
+fn never_panics(words: &[&str]) {
+    let Some((folder, user)) = stranger() else {
+        return;
+    };
+    tone(&folder.path().join("tone.wav"));
+    let mut failed = 0;
+    for threads in 1..=MOST {
+        // Another file each time: a study does not write over the table of the last.
+        let number = threads.to_string();
+        let words: Vec<String> = words
+            .iter()
+            .map(|word| word.replace('#', &number))
+            .collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let ended = limited(folder.path(), user, threads, &words).end();
+        println!(
+            "{threads}: {:?} {}",
+            ended.status.code(),
+            ended.stderr.trim_end()
+        );
+        assert!(
+            !ended.stderr.contains("panicked"),
+            "{threads}: {}",
+            ended.stderr
+        );
+        match ended.status.code() {
+            Some(0) => {
+                assert!(failed > 0, "it needs no thread");
+                return;
+            }
+            Some(1) => {
+                let words = ["thread", "ulimit -u", "process limit"];
+                let is_named = words.iter().any(|word| ended.stderr.contains(word));
+                assert!(is_named, "{threads}: {}", ended.stderr);
+                failed += 1;
+            }
+            other => panic!("{threads}: {other:?}, {}", ended.stderr),
+        }
+    }
+    panic!("{MOST} threads are not enough");
+}
+
+#[test]
+fn a_run_without_threads_ends_in_an_error() {
+    never_panics(&["run", "torus-3deg", "--duration", "5", "--save", "run.rrd"]);
+}
+
+#[test]
+fn a_sweep_without_threads_ends_in_an_error() {
+    let words = "sweep torus-3deg --tilt 1:2:1 --threads 3 --least 5 --most 5 --measure 5 --out sweep-#.arrow";
+    never_panics(&words.split(' ').collect::<Vec<_>>());
+}
+
+#[test]
+fn an_analysis_without_threads_ends_in_an_error() {
+    never_panics(&["analyse", "tone.wav", "--save", "tone.rrd"]);
+}

@@ -1,0 +1,190 @@
+//! Undamaged files, small and of as many forms as there are.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{Cursor, Read, Write};
+use std::path::Path;
+
+use hound::{SampleFormat, WavSpec, WavWriter};
+use squeakscope::numpy::{Array, encode_npz};
+use squeakscope::scene::PRESETS;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use super::MUTANT;
+use crate::damage::{Desk, unpacked};
+use crate::mutants::{Mutant, mutants};
+
+/// The scene beside a file of modes.
+pub const SCENE_OF_MODES: &str = "modes.toml";
+
+/// Samples of each signal.
+const SAMPLES: u32 = 200;
+
+fn sample(k: u32) -> f64 {
+    (0.3 * f64::from(k)).sin()
+}
+
+/// Integers of 8, 16 and 24 bits, and floats; one channel and two.
+pub fn wav(_: &Desk) -> Vec<Vec<u8>> {
+    let forms = [(1, 8), (2, 16), (1, 24), (2, 32)];
+    forms
+        .map(|(channels, bits)| one_wav(channels, bits))
+        .to_vec()
+}
+
+fn one_wav(channels: u16, bits_per_sample: u16) -> Vec<u8> {
+    let is_float = bits_per_sample == 32;
+    let spec = WavSpec {
+        channels,
+        sample_rate: 48_000,
+        bits_per_sample,
+        sample_format: match is_float {
+            true => SampleFormat::Float,
+            false => SampleFormat::Int,
+        },
+    };
+    let mut out = Cursor::new(Vec::new());
+    let mut writer = WavWriter::new(&mut out, spec).expect("begun");
+    for k in 0..SAMPLES * u32::from(channels) {
+        match is_float {
+            true => writer.write_sample(sample(k) as f32),
+            false => writer.write_sample((100.0 * sample(k)) as i32),
+        }
+        .expect("written");
+    }
+    writer.finalize().expect("written");
+    out.into_inner()
+}
+
+/// Commas with a header and a remark, semicolons with decimal commas, and blanks without a header.
+pub fn csv(_: &Desk) -> Vec<Vec<u8>> {
+    let mut texts = [
+        "# a tone\nt (s),u (m/s),v\n".to_owned(),
+        "zeit;u\n".to_owned(),
+        String::new(),
+    ];
+    for k in 0..SAMPLES {
+        let (t, u) = (f64::from(k) / 1000.0, sample(k));
+        let [commas, semicolons, blanks] = &mut texts;
+        let decimal = format!("{t:.3};{u:.6}").replace('.', ",");
+        writeln!(commas, "{t:.3},{u:.6},{u:e}").expect("a string");
+        writeln!(semicolons, "{decimal}").expect("a string");
+        writeln!(blanks, "{t:.3} {u:.6} {k}").expect("a string");
+    }
+    texts.map(String::into_bytes).to_vec()
+}
+
+fn tone() -> Vec<f64> {
+    (0..SAMPLES).map(sample).collect()
+}
+
+/// The archives of [`npz`], unpacked.
+pub fn npy(desk: &Desk) -> Vec<Vec<u8>> {
+    let archives = npz(desk);
+    let entries = archives.iter().flat_map(|archive| entries(archive));
+    let signals = entries.filter(|(name, _)| name.starts_with('u'));
+    signals.map(|(_, bytes)| bytes).collect()
+}
+
+/// With a rate, and with times; of one axis and two; the second compressed.
+pub fn npz(_: &Desk) -> Vec<Vec<u8>> {
+    let times = (0..SAMPLES).map(|k| f64::from(k) / 1000.0).collect();
+    let with_rate = [("rate", Array::number(48e3)), ("u", Array::vector(tone()))];
+    let with_times = [
+        ("t", Array::vector(times)),
+        (
+            "u",
+            Array::matrix(SAMPLES as usize, [tone(), tone()].concat()),
+        ),
+    ];
+    let [with_rate, with_times] = [with_rate, with_times].map(|arrays| {
+        let mut out = Cursor::new(Vec::new());
+        encode_npz(&mut out, &arrays).expect("written");
+        out.into_inner()
+    });
+    let packed = archive(&entries(&with_times), CompressionMethod::Deflated);
+    vec![with_rate, packed]
+}
+
+/// Of this program, packed and not, and of another.
+pub fn recordings(desk: &Desk) -> Vec<Vec<u8>> {
+    let own = desk.recording();
+    let unpacked = unpacked(&own);
+    vec![own, unpacked, desk.tone()]
+}
+
+pub fn table(desk: &Desk) -> Vec<Vec<u8>> {
+    vec![desk.table()]
+}
+
+pub fn scenes(_: &Desk) -> Vec<Vec<u8>> {
+    let texts = PRESETS.iter().map(|preset| preset.text.as_bytes());
+    texts.map(<[u8]>::to_vec).collect()
+}
+
+/// The modes of the example, and the scene that takes them from the mutant.
+pub fn modes(desk: &Desk) -> Vec<Vec<u8>> {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_modes");
+    let scene = fs::read_to_string(example.join("hip.toml")).expect("there");
+    let scene = scene.replace("hip.npz", &format!("{MUTANT}.npz"));
+    desk.write(SCENE_OF_MODES, scene.as_bytes());
+    vec![fs::read(example.join("hip.npz")).expect("there")]
+}
+
+pub fn commands(_: &Desk) -> Vec<Vec<u8>> {
+    let texts = [
+        r#"{"do": "tilt", "deg": 3.5}"#,
+        r#"{"do": "pause"}"#,
+        r#"{"do": "pace", "ms_per_s": 20}"#,
+        r#"{"do": "kick", "mm_per_s": 1e-3}"#,
+        r#"{"do": "kick", "mm_per_s": null}"#,
+        r#"{"do": "neighbours", "follow": false}"#,
+        r#"{"do": "scene", "name": "torus-3deg"}"#,
+        r#"{"do": "stop-recording"}"#,
+    ];
+    texts.map(|text| text.as_bytes().to_vec()).to_vec()
+}
+
+/// The files of an archive by name.
+fn entries(archive: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let mut zip = ZipArchive::new(Cursor::new(archive)).expect("an archive");
+    let mut entries = Vec::new();
+    for index in 0..zip.len() {
+        let mut entry = zip.by_index(index).expect("a file");
+        let name = entry.name().expect("text").to_string();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).expect("read");
+        entries.push((name, bytes));
+    }
+    entries
+}
+
+fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        let options = SimpleFileOptions::default().compression_method(method);
+        zip.start_file(name.clone(), options).expect("begun");
+        zip.write_all(bytes).expect("written");
+    }
+    zip.finish().expect("written").into_inner()
+}
+
+/// An archive with one of its files damaged, each in turn, and the right checksums.
+pub fn repacked(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
+    let entries = entries(original);
+    let count = entries.len();
+    (0..).map(move |turn: u64| {
+        let index = turn as usize % count;
+        let mut entries = entries.clone();
+        let (name, bytes) = &mut entries[index];
+        let seed = seed.wrapping_add(turn);
+        let mutant = mutants(bytes, seed).next().expect("there is no end");
+        let damage = format!("{name}: {}", mutant.damage);
+        *bytes = mutant.bytes;
+        Mutant {
+            bytes: archive(&entries, CompressionMethod::Stored),
+            damage,
+        }
+    })
+}

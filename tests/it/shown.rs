@@ -1,0 +1,212 @@
+//! Names and texts of foreign files reach a terminal and figures escaped, and JSON as they are.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use assert_cmd::assert::Assert;
+use serde_json::Value;
+use squeakscope::export::write_npz;
+use squeakscope::numpy::Array;
+
+/// Clears a terminal, colours it, colours it in the newer way, turns the line round, fakes a message.
+const NAME: &str = "a\u{1b}[2J\u{1b}[35mb\u{9b}35m\u{202e}c\u{2066}\nerror: faked\rd";
+
+/// As a terminal shows [`NAME`].
+const SHOWN: &str = "a\\u001b[2J\\u001b[35mb\\u009b35m\\u202ec\\u2066\\nerror: faked\\rd";
+
+/// Runs a command as in a terminal that shows colours.
+fn squeakscope(folder: &Path, words: &[&str]) -> Assert {
+    Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        .current_dir(folder)
+        .env("CLICOLOR_FORCE", "1")
+        .args(words)
+        .assert()
+}
+
+/// Nothing of a name is obeyed: what is left are line breaks and our own colours.
+#[track_caller]
+fn harmless(text: &str) {
+    let hidden =
+        |c: char| c.is_control() && !"\n\u{1b}".contains(c) || "\u{202e}\u{2066}".contains(c);
+    assert!(!text.contains(hidden), "{text:?}");
+    for piece in text.split('\u{1b}').skip(1) {
+        let code = piece
+            .strip_prefix('[')
+            .and_then(|rest| rest.split_once('m'));
+        let code = code.unwrap_or_else(|| panic!("{text:?}")).0;
+        assert!(
+            code.chars().all(|c| c.is_ascii_digit()) && code != "35",
+            "{text:?}"
+        );
+    }
+    let fakes = |line: &str| line.starts_with("error: faked");
+    assert!(!text.lines().any(fakes), "{text:?}");
+}
+
+/// A message of one line on the standard error that names `name`, and nothing else.
+#[track_caller]
+fn told(assert: Assert, code: i32, name: &str) {
+    let assert = assert.code(code);
+    let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
+    harmless(&message);
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(message.contains(name), "{message}");
+}
+
+/// The standard output, which names `name`.
+#[track_caller]
+fn printed(assert: Assert, name: &str) -> String {
+    let assert = assert.success();
+    let output = assert.get_output();
+    for stream in [&output.stdout, &output.stderr] {
+        harmless(&String::from_utf8(stream.clone()).expect("text"));
+    }
+    let text = String::from_utf8(output.stdout.clone()).expect("text");
+    assert!(text.contains(name), "{text}");
+    text
+}
+
+fn json(folder: &Path) -> Value {
+    let text = std::fs::read(folder.join("out.json")).expect("written");
+    serde_json::from_slice(&text).expect("JSON")
+}
+
+#[test]
+fn names_of_arrays_are_shown() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let samples = (0..600)
+        .map(|k| (0.13 * f64::from(k)).sin())
+        .collect::<Vec<_>>();
+    let array = || Array::vector(samples.clone());
+    let arrays = [(NAME, array()), ("other", array())];
+    write_npz(&folder.path().join("a.npz"), &arrays).expect("written");
+    told(squeakscope(folder.path(), &["analyse", "a.npz"]), 2, SHOWN);
+    let words = [
+        "analyse", "a.npz", "--column", NAME, "--rate", "1000", "--json", "out.json", "--png",
+        "figures",
+    ];
+    printed(squeakscope(folder.path(), &words), SHOWN);
+    assert_eq!(json(folder.path())["signal"]["name"], NAME);
+    assert!(folder.path().join("figures/regime.png").exists());
+}
+
+#[test]
+fn headings_and_fields_of_tables_are_shown() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    // With others it is no text, and refused as such.
+    let (name, shown) = ("b\u{9b}35m\u{202e}c\u{2066}", "b\\u009b35m\\u202ec\\u2066");
+    let rows: String = (0..600)
+        .map(|k| format!("{},1\n", (0.13 * f64::from(k)).sin()))
+        .collect();
+    let path = folder.path().join("a.csv");
+    std::fs::write(&path, format!("{name},b\n{rows}")).expect("written");
+    told(squeakscope(folder.path(), &["analyse", "a.csv"]), 2, shown);
+    let words = [
+        "analyse", "a.csv", "--column", name, "--rate", "1000", "--json", "out.json",
+    ];
+    printed(squeakscope(folder.path(), &words), shown);
+    assert_eq!(json(folder.path())["signal"]["name"], name);
+    std::fs::write(&path, format!("u,b\n{rows}{name},1\n")).expect("written");
+    let words = ["analyse", "a.csv", "--column", "u", "--rate", "1000"];
+    told(squeakscope(folder.path(), &words), 2, shown);
+}
+
+#[test]
+fn paths_and_arguments_are_shown() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    told(squeakscope(folder.path(), &["analyse", NAME]), 2, SHOWN);
+    told(squeakscope(folder.path(), &["run", NAME]), 2, SHOWN);
+    std::fs::write(folder.path().join(format!("{NAME}.wav")), "RIFF").expect("written");
+    told(
+        squeakscope(folder.path(), &["analyse", &format!("{NAME}.wav")]),
+        2,
+        SHOWN,
+    );
+    // The library of arguments has lines of its own.
+    let option = format!("--{NAME}");
+    let refused = squeakscope(folder.path(), &["run", &option]).code(2);
+    let message = String::from_utf8(refused.get_output().stderr.clone()).expect("text");
+    harmless(&message);
+    assert!(message.contains(SHOWN), "{message}");
+}
+
+/// A scene with a name, title and description that are no good.
+fn scene(folder: &Path) {
+    let text = squeakscope::scene::preset("periodic-2deg")
+        .expect("preset")
+        .text;
+    let body = &text[text.find("[body]").expect("a table")..];
+    // JSON writes such text as TOML does.
+    let name = serde_json::to_string(NAME).expect("text");
+    let head = format!("name = {name}\ntitle = {name}\nabout = {name}\n");
+    std::fs::write(folder.join("evil.toml"), head + body).expect("written");
+}
+
+#[test]
+fn texts_of_scenes_are_shown() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let folder = folder.path();
+    scene(folder);
+    let words = [
+        "run",
+        "evil.toml",
+        "--duration",
+        "5",
+        "--npz",
+        "a.npz",
+        "--json",
+        "out.json",
+    ];
+    printed(squeakscope(folder, &words), SHOWN);
+    assert_eq!(json(folder)["scene"], NAME);
+    printed(
+        squeakscope(folder, &["stability", "evil.toml", "--tilt", "2"]),
+        SHOWN,
+    );
+    printed(
+        squeakscope(folder, &["model", "evil.toml", "--out", "m.npz"]),
+        SHOWN,
+    );
+    printed(squeakscope(folder, &["scenes", "evil.toml"]), "\\u009b35m");
+    let words = [
+        "sweep",
+        "evil.toml",
+        "--tilt",
+        "2:3:1",
+        "--start",
+        "cold",
+        "--most",
+        "50",
+        "--measure",
+        "5",
+        "--exponents",
+        "0",
+        "--figures",
+        "figures",
+    ];
+    printed(squeakscope(folder, &words), SHOWN);
+    let figure = std::fs::read_to_string(folder.join("figures/bifurcation.svg")).expect("text");
+    assert!(figure.contains("\\u001b[2J"), "the title");
+    assert!(!figure.contains(|c: char| c.is_control() && c != '\n' || c == '\u{202e}'));
+}
+
+/// The names of entities come from whoever made the recording.
+#[test]
+fn columns_of_recordings_are_shown() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let rec = rerun::RecordingStreamBuilder::new("foreign")
+        .save(folder.path().join("a.rrd"))
+        .expect("opened");
+    for k in 0..3 {
+        rec.set_duration_secs("t", f64::from(k));
+        for name in [NAME, "other"] {
+            let path = rerun::EntityPath::from_single_string(name);
+            rec.log(path, &rerun::Scalars::single(f64::from(k)))
+                .expect("logged");
+        }
+    }
+    rec.flush_blocking().expect("written");
+    drop(rec);
+    let refused = squeakscope(folder.path(), &["analyse", "a.rrd"]);
+    told(refused, 2, "35m");
+}
