@@ -53,7 +53,7 @@ PAGE
 # A figure in a line of its own, as HTML wants it within Markdown.
 for figure in "${scenes[@]/%//cost-integrator.svg}" torus-3deg/cost-{invariants,events,nodes,modes,elements,exponents,recurrence}.svg growth/growth.svg; do
     echo "<div>$(tr '\n' ' ' < "$work/$figure" |
-        sed 's/<svg width="[0-9]*" height="[0-9]*"/<svg width="100%"/')</div>"
+        sed 's/ width="[0-9.]*mm" height="[0-9.]*mm"/ width="100%"/')</div>"
     echo
 done > src/guide/cost.html
 # The advice for one scene stands in the README, between two marks.

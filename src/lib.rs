@@ -24,7 +24,7 @@
 //! * [`numpy`]: arrays in `.npz` files, as others write them.
 //! * [`memory`]: how much there is, for those who read files.
 //! * [`import`]: signals from files that somebody else made.
-//! * `figure` (feature `figure`): pictures on disk.
+//! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
 //! * `escape` (private): text from foreign files, as it is shown.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
@@ -49,10 +49,10 @@ pub mod text;
 pub mod cli;
 #[cfg(any(feature = "figure", feature = "record"))]
 pub(crate) mod escape;
-#[cfg(feature = "figure")]
-pub mod figure;
 #[cfg(feature = "live")]
 pub mod live;
+#[cfg(any(feature = "figure", feature = "record"))]
+pub mod plot;
 #[cfg(feature = "record")]
 pub mod record;
 #[cfg(feature = "sound")]

@@ -1,6 +1,5 @@
 //! `squeakscope analyse`: what kind of motion is in anybody's file?
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use super::args::AnalyseArgs;
 use super::engine;
 use super::error::{Cause, CliError};
+use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
@@ -16,15 +16,8 @@ use super::run::{command_line, shown};
 use super::signal_report::AnalyseReport;
 use crate::import::{Selection, Signal};
 use crate::pipeline::message::Summary;
+use crate::plot::Figure;
 use crate::study::signal::{SignalReport, SignalSearch, analyse_signal};
-
-/// A figure as a file.
-pub(super) struct FigureFile {
-    /// Its name.
-    pub name: String,
-    /// The whole PNG.
-    pub png: Vec<u8>,
-}
 
 /// A signal to be played along the road of a simulation.
 pub(super) struct Play<'a> {
@@ -47,9 +40,9 @@ pub(super) struct Tools {
     /// Reads a signal.
     pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
     /// Stems of the names of the figures.
-    pub figures: [&'static str; 11],
-    /// Draws the figures.
-    pub draw: fn(&SignalReport) -> Result<Vec<FigureFile>, Cause>,
+    pub names: &'static [&'static str],
+    /// The figures.
+    pub draw: fn(&SignalReport) -> Vec<Figure>,
     /// Records the analyses along the signal.
     pub play: fn(&Play<'_>) -> Result<Summary, Cause>,
 }
@@ -71,9 +64,9 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             ("--json", args.json.as_deref()),
         ],
     )?;
-    if let Some(directory) = &args.png {
-        let names = tools.figures.map(|stem| format!("{stem}.png"));
-        check_directory(directory, "--png", &names)?;
+    if let Some(directory) = &args.figures {
+        let names = args.drawn.names(tools.names, &PIXELS);
+        check_directory(directory, "--figures", &names)?;
     }
     if save.is_some() {
         engine::check_memory()?;
@@ -107,8 +100,14 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
     })?;
     let report = report.ok_or(CliError::NothingYet)?;
     let mut files = Vec::new();
-    if let Some(directory) = &args.png {
-        files.extend(draw(&report, directory, tools)?);
+    if let Some(directory) = &args.figures {
+        let drawn = (&args.drawn, &PIXELS[..]);
+        files.extend(write_figures(
+            directory,
+            "--figures",
+            &(tools.draw)(&report),
+            drawn,
+        )?);
     }
     let summary = save
         .as_ref()
@@ -129,26 +128,6 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         Some(summary) if summary.interrupted => Err(CliError::Interrupted),
         _ => Ok(()),
     }
-}
-
-/// Writes the figures into a directory, which is made if need be.
-fn draw(
-    report: &SignalReport,
-    directory: &Path,
-    tools: &Tools,
-) -> Result<Vec<FileReport>, CliError> {
-    let failed = |source| CliError::Run {
-        doing: "drawing",
-        source,
-    };
-    let figures = (tools.draw)(report).map_err(failed)?;
-    std::fs::create_dir_all(directory).map_err(|source| failed(source.into()))?;
-    let write = |figure: FigureFile| {
-        let file = OutputFile::check(&directory.join(figure.name), "--png")?;
-        file.write(|out| out.write_all(&figure.png))?;
-        Ok(FileReport::of(&file)?)
-    };
-    figures.into_iter().map(write).collect()
 }
 
 /// Sends the signal down the road into a recording.
@@ -193,13 +172,8 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         read: tone,
-        figures: ["tone"; 11],
-        draw: |_| {
-            Ok(vec![FigureFile {
-                name: "tone.png".to_owned(),
-                png: vec![1, 2, 3],
-            }])
-        },
+        names: &["tone"],
+        draw: |_| vec![Figure::new("tone", "A tone", 30.0, Vec::new())],
         play: |job| {
             std::fs::write(job.save, job.command)?;
             (job.progress)(0.5);
@@ -218,7 +192,7 @@ mod tests {
             AnalyseArgs {
                 file: path("tone.wav"),
                 save: Some(path("out.rrd")),
-                png: Some(path("new/figures")),
+                figures: Some(path("new/figures")),
                 json: Some(path("out.json")),
                 ..AnalyseArgs::default()
             }
@@ -237,10 +211,11 @@ mod tests {
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["signal"]["start_s"], 2.0);
         assert_eq!(json["signal"]["duration_s"], 2.0);
-        assert_eq!(json["files"][0]["bytes"], 3);
         assert_eq!(json["files"].as_array().map(Vec::len), Some(2));
         let figure = desk.0.path().join("new/figures/tone.png");
-        assert_eq!(std::fs::read(figure).expect("written"), [1, 2, 3]);
+        let figure = std::fs::read(figure).expect("written");
+        assert!(figure.starts_with(b"\x89PNG"));
+        assert_eq!(json["files"][0]["bytes"], figure.len());
     }
 
     #[test]
@@ -266,7 +241,7 @@ mod tests {
                 ..desk.args()
             },
             AnalyseArgs {
-                png: Some(file.clone()),
+                figures: Some(file.clone()),
                 ..desk.args()
             },
             AnalyseArgs {
@@ -284,7 +259,7 @@ mod tests {
     fn a_fault_while_drawing_is_no_bad_input() {
         let (desk, stop) = (desk(), Arc::default());
         let tools = Tools {
-            draw: |_| Err("no ink".into()),
+            draw: |_| vec![Figure::new("flat", "", 0.0, Vec::new())],
             ..TOOLS
         };
         let error = execute(&desk.args(), &stop, &tools).expect_err("failed");

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 
+use super::figures::FigureArgs;
 use super::live_args::LiveArgs;
 use super::sound_args::SoundArgs;
 pub use super::steps::{Steps, StepsError};
@@ -184,9 +185,12 @@ pub struct LyapunovArgs {
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's, and at most 5e-8 while all exponents are followed].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Draw the figure: a file that ends in .png, or a directory for lyapunov.png.
-    #[arg(long, value_name = "FILE|DIR")]
-    pub png: Option<PathBuf>,
+    /// Draw the figure: a file that ends in .png, .svg or .pdf, or a directory for lyapunov.png.
+    #[arg(long, value_name = "FILE|DIR", alias = "png")]
+    pub figures: Option<PathBuf>,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// Write the running values as columns of text; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub csv: Option<PathBuf>,
@@ -263,9 +267,12 @@ pub struct AnalyseArgs {
     /// Save a recording in which the analyses run along the signal.
     #[arg(long, value_name = "FILE.rrd")]
     pub save: Option<PathBuf>,
-    /// Draw the figures into this directory, as PNG.
-    #[arg(long, value_name = "DIR")]
-    pub png: Option<PathBuf>,
+    /// Draw the figures into this directory.
+    #[arg(long, value_name = "DIR", alias = "png")]
+    pub figures: Option<PathBuf>,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// Write every number as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

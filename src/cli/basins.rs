@@ -6,27 +6,25 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::error::{Cause, CliError};
+use super::error::CliError;
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::report::{self, FileReport, Report, list_files};
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Drawn, Files, Record, check_times, response_plan, tell, work_through, write_figures,
-    write_recording, write_tables,
+    Files, Record, check_times, response_plan, tell, work_through, write_recording, write_tables,
 };
 use crate::VERSION;
 use crate::escape;
+use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
 use crate::study::basins::{Attractor, attractors};
 use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
 
-/// Draws the figure of coexisting attractors under a title.
-pub(super) type Draw = fn(&str, &[SweepPoint], &[Attractor]) -> Result<Drawn, Cause>;
-
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
-    /// Draws the figure.
-    pub draw: Draw,
+    /// The figure of coexisting attractors under a title.
+    pub draw: fn(&str, &[SweepPoint], &[Attractor]) -> Figure,
     /// Records the responses, the seed of the kick as the timeline.
     pub record: Record,
 }
@@ -59,11 +57,9 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
             Some(tilt) => format!("{} at {tilt} deg", plan.scene.name),
             None => plan.scene.name.clone(),
         };
-        let drawn = (tools.draw)(&title, &points, &found).map_err(|source| CliError::Run {
-            doing: "drawing",
-            source,
-        })?;
-        written.extend(write_figures(directory, &[drawn])?);
+        let figure = (tools.draw)(&title, &points, &found);
+        let drawn = (&args.outputs.drawn, &STUDY[..]);
+        written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
     }
     written.extend(write_recording(&plan, &points, &files, tools.record)?);
     let report = BasinsReport::new(&plan, tilt, &points, &found, !done, written);
@@ -239,14 +235,16 @@ impl Report for BasinsReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::error::Cause;
     use crate::cli::study_args::{ResponseArgs, SweepOutputs, WorkArgs};
 
-    fn draw(title: &str, _: &[SweepPoint], found: &[Attractor]) -> Result<Drawn, Cause> {
-        Ok(Drawn {
-            name: "basins".to_owned(),
-            svg: format!("{title}: {}", found.len()),
-            png: Vec::new(),
-        })
+    fn draw(title: &str, _: &[SweepPoint], found: &[Attractor]) -> Figure {
+        Figure::new(
+            "basins",
+            format!("{title}: {}", found.len()),
+            50.0,
+            Vec::new(),
+        )
     }
 
     fn record(
@@ -283,6 +281,7 @@ mod tests {
             outputs: SweepOutputs {
                 out: folder.join("basins.arrow"),
                 figures: Some(folder.join("figures")),
+                drawn: Default::default(),
                 save: Some(folder.join("basins.rrd")),
                 json: Some(folder.join("basins.json")),
             },
@@ -304,7 +303,10 @@ mod tests {
         assert_eq!(attractors[0]["share"], 1.0);
         assert_eq!(attractors[0]["seeds"], serde_json::json!([7, 8, 9]));
         let svg = std::fs::read_to_string(folder.path().join("figures/basins.svg")).unwrap();
-        assert_eq!(svg, "printed-friction at 2.5 deg: 1");
+        assert!(
+            svg.contains("<title>printed-friction at 2.5 deg: 1</title>"),
+            "{svg}"
+        );
         let saved = std::fs::read_to_string(folder.path().join("basins.rrd")).unwrap();
         assert_eq!(saved, "3 over start.seed");
         // What is there is not done again, and not lost either.

@@ -9,13 +9,14 @@ use std::sync::atomic::AtomicBool;
 use super::cost_report::CostReport;
 use super::engine;
 use super::error::{Cause, CliError};
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport};
 use super::run::command_line;
 use super::study_args::CostArgs;
-use super::sweep::{Drawn, write_figures};
+use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
 
@@ -23,8 +24,8 @@ use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advi
 pub(super) struct Tools {
     /// Turns the knobs.
     pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
-    /// Draws the figures.
-    pub draw: fn(&CostStudy) -> Result<Vec<Drawn>, Cause>,
+    /// The figures.
+    pub draw: fn(&CostStudy) -> Vec<Figure>,
     /// Records the study of a plan, started by a command, into a file.
     pub record: fn(&CostPlan, &CostStudy, &str, &Path) -> Result<(), Cause>,
 }
@@ -71,14 +72,9 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
             ("--json", args.json.as_deref()),
         ],
     )?;
-    let figures = Knob::ALL
-        .iter()
-        .flat_map(|knob| ["svg", "png"].map(|ending| format!("cost-{}.{ending}", knob.name())));
-    let names: Vec<String> = [TABLE, RECORDING]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(figures)
-        .collect();
+    let figures = Knob::ALL.iter().map(|knob| format!("cost-{}", knob.name()));
+    let mut names = args.drawn.names(figures, &STUDY);
+    names.extend([TABLE, RECORDING].map(str::to_owned));
     check_directory(&args.out, "--out", &names)?;
     let others = [
         ("--page", page.as_ref()),
@@ -102,8 +98,8 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     let mut report = CostReport::new(&study, &advised);
     // What is found is told even where a file cannot be written.
     let mut write_all = || -> Result<(), CliError> {
-        let drawn = (tools.draw)(&study).map_err(failed("drawing"))?;
-        report.files = write_figures(&args.out, &drawn)?;
+        let drawn = (&args.drawn, &STUDY[..]);
+        report.files = write_figures(&args.out, "--out", &(tools.draw)(&study), drawn)?;
         let csv = inside(&args.out, TABLE)?;
         csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
         report.files.push(FileReport::of(&csv)?);
@@ -229,11 +225,12 @@ mod tests {
     const TOOLS: Tools = Tools {
         cost: turned,
         draw: |study| {
-            Ok(vec![Drawn {
-                name: "cost-integrator".to_owned(),
-                svg: study.scene.clone(),
-                png: Vec::new(),
-            }])
+            vec![Figure::new(
+                "cost-integrator",
+                &study.scene,
+                50.0,
+                Vec::new(),
+            )]
         },
         record: |plan, study, _, path| {
             let words = format!("{} {}", plan.scene.name, study.sets.len());
@@ -248,6 +245,7 @@ mod tests {
             repeats: 1,
             horizon: Some(2.0),
             out: folder.join("cost"),
+            drawn: Default::default(),
             page: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),
             json: Some(folder.join("cost.json")),

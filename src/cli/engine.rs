@@ -7,10 +7,9 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::analyse::{FigureFile, Play, Tools};
+use super::analyse::{Play, Tools};
 use super::basins;
 use super::cost;
-use super::cost_view::cost_view;
 use super::error::{Cause, CliError};
 use super::growth;
 use super::interrupt;
@@ -22,35 +21,33 @@ use super::progress::{Progress, Teller};
 use super::report::{CauseReport, ModeReport, print_warning};
 use super::run::{Job, Viewer};
 use super::sweep;
-use super::sweep_view::{body_view, sweep_view};
 use crate::analysis::range;
 use crate::export::{ModelArrays, SamplesSink, encode_model};
-use crate::figure::paper::{
-    bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
-    sections,
-};
-use crate::figure::{
-    Figure, SIGNAL_FIGURES, basins_figure, cost_figures, growth_figure, lyapunov_figure,
-    signal_figures, sweep_figure_names, sweep_figures,
-};
 use crate::import::{
     Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
 };
 use crate::joint::{BallJoint, Friction};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, PipelineError, Playback, Sink, Tee, drive, initial_state, source};
+use crate::plot::paper::{
+    bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
+    sections,
+};
+use crate::plot::{
+    Figure, SIGNAL_FIGURES, basins_figure, cost_figures, growth_figure, lyapunov_figure,
+    signal_figures, sweep_figures,
+};
 use crate::record::cost::save_cost;
-use crate::record::sweep::save_sweep;
+use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::sound::WavSink;
 use crate::study;
-use crate::study::basins::Attractor;
 use crate::study::effects::{Effects, Watch};
 use crate::study::growth::Taken;
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
-use crate::study::signal::{SignalReport, highest_frequency, live_analysis};
+use crate::study::signal::{highest_frequency, live_analysis};
 use crate::study::sweep::{SweepPlan, SweepPoint};
 use crate::study::wait_for;
 
@@ -219,18 +216,12 @@ pub(super) fn model(scene: &Scene) -> Result<ModelFile, Cause> {
 /// What `squeakscope lyapunov` needs.
 pub(super) const EXPONENTS: lyapunov::Tools = lyapunov::Tools {
     follow: |scene, request, watch| Ok(scene_lyapunov(scene, request, watch)?),
-    draw: |name, found| Ok(lyapunov_figure(name, found)?.png()?),
+    draw: lyapunov_figure,
 };
 
 /// What `squeakscope sweep` and `squeakscope merge` need.
 pub(super) const SWEEPS: sweep::Tools = sweep::Tools {
-    names: sweep_figure_names,
-    draw: |plan, points| {
-        sweep_figures(plan, points)?
-            .into_iter()
-            .map(drawn)
-            .collect()
-    },
+    draw: sweep_figures,
     record,
 };
 
@@ -241,29 +232,26 @@ fn record(
     command: &str,
     path: &Path,
 ) -> Result<(), Cause> {
-    Ok(save_sweep(path, &sweep_view(plan, points, command)?)?)
+    let sweep = SweepStudy {
+        plan,
+        points,
+        command,
+        ball: None,
+    };
+    Ok(save_sweep(path, &sweep)?)
 }
 
 /// What `squeakscope basins` needs.
 pub(super) const BASINS: basins::Tools = basins::Tools {
-    draw: draw_basins,
+    draw: basins_figure,
     record,
 };
-
-/// Draws what `squeakscope basins` has found.
-fn draw_basins(
-    title: &str,
-    points: &[SweepPoint],
-    found: &[Attractor],
-) -> Result<sweep::Drawn, Cause> {
-    drawn(basins_figure(title, points, found)?)
-}
 
 /// What `squeakscope cost` needs.
 pub(super) const COST: cost::Tools = cost::Tools {
     cost: |plan, watch| Ok(study::cost::cost(plan, watch)?),
-    draw: |study| cost_figures(study)?.into_iter().map(drawn).collect(),
-    record: |plan, study, command, path| Ok(save_cost(path, &cost_view(plan, study, command))?),
+    draw: cost_figures,
+    record: |plan, study, command, path| Ok(save_cost(path, plan, study, command)?),
 };
 
 /// What `squeakscope scenes --effects` needs.
@@ -298,7 +286,7 @@ pub(super) fn effects(
 /// What `squeakscope growth` needs.
 pub(super) const GROWTH: growth::Tools = growth::Tools {
     growth: |plan, watch| Ok(study::growth::growth(plan, &mut run_apart, watch)?),
-    draw: |scene, grown| Ok(vec![drawn(growth_figure(scene, grown)?)?]),
+    draw: growth_figure,
 };
 
 /// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
@@ -346,100 +334,101 @@ pub(super) const PAPER: paper::Tools = paper::Tools {
     draw: draw_paper,
     record: |plan, points, command, path| {
         let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
-        let mut view = sweep_view(plan, points, command)?;
-        view.body = Some(body_view(&ball)?);
-        Ok(save_sweep(path, &view)?)
+        let sweep = SweepStudy {
+            plan,
+            points,
+            command,
+            ball: Some(&ball),
+        };
+        Ok(save_sweep(path, &sweep)?)
     },
 };
 
-/// Draws the paper's figures with captions.
+/// The paper's figures with captions: all, or only one.
 fn draw_paper(
     plan: &SweepPlan,
     points: &[SweepPoint],
     evidence: &Evidence,
     only: Option<u8>,
-) -> Result<Vec<(sweep::Drawn, String)>, Cause> {
+) -> Result<Vec<Figure>, Cause> {
     let wanted = |number: u8| only.is_none_or(|only| only == number);
     let spec = &plan.scene.joint()?.spec;
     let ball = BallJoint::new(spec)?;
-    let mut figures: Vec<(Figure, String)> = Vec::new();
-    let tilt = MOTIONS[2].to_radians();
-    if wanted(1) {
-        let figure = configuration(&ball, &ball.model(tilt)?, tilt)?;
-        figures.push((figure, captions::CONFIGURATION.to_owned()));
-    }
-    if wanted(2) {
-        figures.push((mode_shapes(&ball)?, captions::MODE_SHAPES.to_owned()));
-    }
-    if let (true, Friction::Stribeck { law, .. }) = (wanted(3), spec.friction) {
-        let velocity = ball.sliding_velocity(tilt);
-        let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        figures.push((
-            friction_curves(&law, sliding)?,
-            captions::FRICTION.to_owned(),
-        ));
-    }
+    let mut figures = paper_configuration(&ball, &wanted)?;
+    let mut add = |figure: Figure, caption: &str| {
+        figures.push(Figure {
+            caption: caption.to_owned(),
+            ..figure
+        });
+    };
     for (number, tilt) in (4..).zip(MOTIONS) {
         if let (true, Some(response)) = (wanted(number), evidence.at(tilt)) {
             let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
-            let figure = motion(number.into(), tilt, response, &modes)?;
-            figures.push((figure, captions::motion(number, tilt, response)));
+            let figure = motion(number.into(), tilt, response, &modes);
+            add(figure, &captions::motion(number, tilt, response));
         }
     }
     let chosen = evidence.at(EMBEDDED_AT).and_then(study::paper::embedding);
     if let (true, Some(chosen)) = (wanted(8), chosen) {
         let (choice, dt) = chosen?;
-        figures.push((
-            embedding(EMBEDDED_AT, &choice, dt)?,
-            captions::EMBEDDING.to_owned(),
-        ));
+        add(embedding(EMBEDDED_AT, &choice, dt), captions::EMBEDDING);
     }
     let [first, last] = SUCCESSION;
     // Every second tenth of a degree: without 3.5, which the sweep has besides.
     let mut succession = evidence.between(first, last);
     succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
     if wanted(9) {
-        figures.push((
-            recurrence_plots(&succession)?,
-            captions::RECURRENCE.to_owned(),
-        ));
+        add(recurrence_plots(&succession), captions::RECURRENCE);
     }
     if wanted(10) {
-        figures.push((sections(&succession)?, captions::SECTIONS.to_owned()));
+        add(sections(&succession), captions::SECTIONS);
     }
     if wanted(11) {
-        for &start in &plan.starts {
-            let figure = bifurcation(plan, points, start)?;
-            figures.push((figure, captions::EXPONENTS.to_owned()));
-        }
+        add(bifurcation(plan, points), captions::EXPONENTS);
     }
     let findings = match points.is_empty() {
         true => Vec::new(),
         false => study::paper::compare(evidence),
     };
-    let drawn = figures.into_iter().map(|(figure, caption)| {
-        let number = figure.name.trim_start_matches("figure-").parse();
-        let differences =
-            number.map_or_else(|_| String::new(), |n| captions::differences(n, &findings));
-        Ok((drawn(figure)?, caption + &differences))
-    });
-    drawn.collect()
+    for figure in &mut figures {
+        if let Ok(number) = figure.name.trim_start_matches("figure-").parse() {
+            figure.caption += &captions::differences(number, &findings);
+        }
+    }
+    Ok(figures)
 }
 
-/// A figure with its PNG.
-fn drawn(figure: Figure) -> Result<sweep::Drawn, Cause> {
-    Ok(sweep::Drawn {
-        png: figure.png()?,
-        name: figure.name,
-        svg: figure.svg,
-    })
+/// The paper's figures that need no motion: 1 to 3, as far as they are wanted.
+fn paper_configuration(
+    ball: &BallJoint,
+    wanted: &dyn Fn(u8) -> bool,
+) -> Result<Vec<Figure>, Cause> {
+    let tilt = MOTIONS[2].to_radians();
+    let mut figures = Vec::new();
+    if wanted(1) {
+        let figure = configuration(ball, &ball.model(tilt)?, tilt)?;
+        figures.push((figure, captions::CONFIGURATION));
+    }
+    if wanted(2) {
+        figures.push((mode_shapes(ball)?, captions::MODE_SHAPES));
+    }
+    if let (true, Friction::Stribeck { law, .. }) = (wanted(3), ball.spec().friction) {
+        let velocity = ball.sliding_velocity(tilt);
+        let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        figures.push((friction_curves(&law, sliding), captions::FRICTION));
+    }
+    let captioned = figures.into_iter().map(|(figure, caption)| Figure {
+        caption: caption.to_owned(),
+        ..figure
+    });
+    Ok(captioned.collect())
 }
 
 /// What `squeakscope analyse` needs.
 pub(super) const LABORATORY: Tools = Tools {
     read,
-    figures: SIGNAL_FIGURES,
-    draw,
+    names: &SIGNAL_FIGURES,
+    draw: signal_figures,
     play,
 };
 
@@ -485,18 +474,6 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
         ..selection.clone()
     };
     Ok(table.signal(&rest).map_err(failed)?)
-}
-
-/// The figures of a report.
-fn draw(report: &SignalReport) -> Result<Vec<FigureFile>, Cause> {
-    let figures = signal_figures(report)?;
-    let file = |figure: crate::figure::Figure| {
-        Ok(FigureFile {
-            name: format!("{}.png", figure.name),
-            png: figure.png()?,
-        })
-    };
-    figures.into_iter().map(file).collect()
 }
 
 /// Sends a signal down the road of a simulation: analysis, recording.

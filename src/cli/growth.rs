@@ -10,14 +10,15 @@ use serde::Serialize;
 
 use super::engine;
 use super::error::{Cause, CliError};
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, FileReport, Report, list_files};
 use super::study_args::GrowthArgs;
-use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::escape;
+use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
 use crate::study::threads;
@@ -28,8 +29,8 @@ const NAME: Style = Style::new().bold();
 pub(super) struct Tools {
     /// Measures; and whether it was let to its end.
     pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Grown, Cause>,
-    /// Draws the figure of a scene.
-    pub draw: fn(&str, &[Growth]) -> Result<Vec<Drawn>, Cause>,
+    /// The figure of a scene.
+    pub draw: fn(&str, &[Growth]) -> Figure,
 }
 
 /// Runs the command.
@@ -52,7 +53,8 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
         ..GrowthPlan::new(scene, threads(args.threads))
     };
     let own = args.scene.as_deref().map(OsStr::new);
-    let names = ["growth.csv", "growth.svg", "growth.png"].map(str::to_owned);
+    let mut names = args.drawn.names(["growth"], &STUDY);
+    names.push("growth.csv".to_owned());
     check_directory(&args.out, "--out", &names)?;
     let [page, json] = check_all(
         own,
@@ -75,7 +77,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     if grown.is_empty() {
         return Err(CliError::NothingYet);
     }
-    let figures = (tools.draw)(&name, &grown).map_err(failed("drawing"))?;
+    let figures = [(tools.draw)(&name, &grown)];
     let mut report = GrowthReport {
         version: VERSION,
         scene: name,
@@ -84,7 +86,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     };
     // What is found is told even where a file cannot be written.
     let mut write_all = || -> Result<(), CliError> {
-        report.files = write_figures(&args.out, &figures)?;
+        report.files = write_figures(&args.out, "--out", &figures, (&args.drawn, &STUDY))?;
         let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
         csv.write(|out| out.write_all(report.table().as_bytes()))?;
         report.files.push(FileReport::of(&csv)?);
@@ -247,11 +249,12 @@ mod tests {
             Ok((grown, true))
         },
         draw: |scene, grown| {
-            Ok(vec![Drawn {
-                name: "growth".to_owned(),
-                svg: format!("{scene} {}", grown.len()),
-                png: Vec::new(),
-            }])
+            Figure::new(
+                "growth",
+                format!("{scene} {}", grown.len()),
+                50.0,
+                Vec::new(),
+            )
         },
     };
 
@@ -263,6 +266,7 @@ mod tests {
             repeats: 1,
             threads: None,
             out: folder.path().join("growth"),
+            drawn: Default::default(),
             page: Some(folder.path().join("page.md")),
             json: Some(folder.path().join("growth.json")),
         };
@@ -282,7 +286,7 @@ mod tests {
         );
         let json: serde_json::Value = serde_json::from_str(&read("growth.json")).unwrap();
         assert_eq!(json["growth"][0]["size"], "nodes");
-        assert_eq!(read("growth/growth.svg"), "torus-3deg 1");
+        assert!(read("growth/growth.svg").contains("<title>torus-3deg 1</title>"));
         let stopped = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
         assert_eq!(stopped.exit_code(), 130);
     }

@@ -8,26 +8,27 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::args::LyapunovArgs;
 use super::error::{Cause, CliError};
+use super::figures::{PIXELS, write_figure, write_figures};
 use super::interrupt;
 use super::lyapunov_report::{LyapunovReport, csv, in_brief};
-use super::output::{OutputError, OutputFile, check_all, check_apart, check_directory};
+use super::output::{
+    OutputError, OutputFile, check_all, check_apart, check_beside, check_directory,
+};
 use super::progress::Progress;
 use super::report::{self, FileReport};
 use crate::dynamics::DynamicsError;
+use crate::plot::{Figure, Format};
 use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::lyapunov::{
     Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
 };
 
-/// The name of the figure in a directory.
-const PICTURE: &str = "lyapunov.png";
-
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Averages the exponents of a scene.
     pub follow: fn(&Scene, &LyapunovRequest, Watch<'_>) -> Result<SceneLyapunov, Cause>,
-    /// Draws them, under a name, as a whole PNG.
-    pub draw: fn(&str, &SceneLyapunov) -> Result<Vec<u8>, Cause>,
+    /// Their figure, under a name.
+    pub draw: fn(&str, &SceneLyapunov) -> Figure,
 }
 
 /// Runs the command.
@@ -56,27 +57,22 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
         }
         .into());
     }
-    let png = args.png.as_deref().map(picture);
-    let directory = args.png.as_deref().filter(|_| png != args.png);
-    if let Some(directory) = directory {
-        check_directory(directory, "--png", &[PICTURE])?;
-    }
+    let path = args.figures.as_deref();
+    // A file says its format; all else is a directory.
+    let one = path.and_then(|path| Some((path, Format::of(path)?)));
+    let one = one.filter(|(path, _)| !path.is_dir());
+    let directory = path.filter(|_| one.is_none());
     let [json, csv_file, picture] = check_all(
         args.scene.as_deref().map(OsStr::new),
         [
             ("--json", args.json.as_deref().filter(|_| !json_shown)),
             ("--csv", args.csv.as_deref().filter(|_| !csv_shown)),
-            // In a directory that is still to be made there is no other file.
-            (
-                "--png",
-                png.as_deref()
-                    .filter(|_| directory.is_none_or(Path::is_dir)),
-            ),
+            ("--figures", one.map(|(path, _)| path)),
         ],
     )?;
     if let Some(directory) = directory {
         let others = [("--json", json.as_ref()), ("--csv", csv_file.as_ref())];
-        check_apart(directory, "--png", &others)?;
+        check_figures(directory, &args.drawn.names(["lyapunov"], &PIXELS), &others)?;
     }
     let request = LyapunovRequest {
         count: args.exponents.unwrap_or(Count::All),
@@ -109,21 +105,15 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
             file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
             files.push(FileReport::of(file)?);
         }
-        if let Some(path) = &png {
-            let name = LyapunovReport::title(&scene.name, found.tilt);
-            let drawn = (tools.draw)(&name, &found).map_err(failed("drawing"))?;
-            let file = match (&picture, directory) {
-                (Some(file), _) => file.clone(),
-                (None, directory) => {
-                    if let Some(directory) = directory {
-                        std::fs::create_dir_all(directory)
-                            .map_err(|source| failed("drawing")(source.into()))?;
-                    }
-                    OutputFile::check(path, "--png")?
-                }
-            };
-            file.write(|out| out.write_all(&drawn))?;
-            files.push(FileReport::of(&file)?);
+        let name = LyapunovReport::title(&scene.name, found.tilt);
+        if let (Some(file), Some((_, format))) = (&picture, one) {
+            let figure = (tools.draw)(&name, &found);
+            files.push(write_figure(file, &figure, &args.drawn, format)?);
+        }
+        if let Some(directory) = directory {
+            let figure = (tools.draw)(&name, &found);
+            let drawn = (&args.drawn, &PIXELS[..]);
+            files.extend(write_figures(directory, "--figures", &[figure], drawn)?);
         }
         Ok(())
     };
@@ -175,16 +165,16 @@ fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     Ok(scene.without_analyses())
 }
 
-/// The file of the figure: the path itself if it ends in `.png`, else `lyapunov.png` below it.
-fn picture(path: &Path) -> PathBuf {
-    let is_png = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if is_png && !path.is_dir() {
-        path.to_owned()
-    } else {
-        path.join(PICTURE)
-    }
+/// Checks a directory for figures, which need not be there yet, and the files that will be in it.
+fn check_figures(
+    directory: &Path,
+    names: &[String],
+    others: &[(&'static str, Option<&OutputFile>)],
+) -> Result<(), CliError> {
+    check_directory(directory, "--figures", names)?;
+    check_apart(directory, "--figures", others)?;
+    check_beside(directory, "--figures", names, others)?;
+    Ok(())
 }
 
 /// What the progress bar says.

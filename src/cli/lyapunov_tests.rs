@@ -1,6 +1,7 @@
 //! The command with a study that is made by hand.
 
 use super::*;
+use crate::cli::figures::FigureArgs;
 use crate::cli::report::Report;
 use crate::dynamics::{DynamicsError, Exponent, LyapunovSpectrum, Motion, Tally};
 use crate::pipeline::PipelineError;
@@ -98,7 +99,7 @@ fn pretend(
 
 const TOOLS: Tools = Tools {
     follow: pretend,
-    draw: |name, _| Ok(name.as_bytes().to_vec()),
+    draw: |name, _| Figure::new("lyapunov", name, 60.0, Vec::new()),
 };
 
 #[test]
@@ -110,7 +111,11 @@ fn every_number_is_written() {
         settle: Some(30.0),
         until: Some(1.5),
         csv: Some(desk.path("running.csv")),
-        png: Some(desk.path("figures")),
+        figures: Some(desk.path("figures")),
+        drawn: FigureArgs {
+            format: vec![Format::Svg, Format::Png],
+            ..FigureArgs::default()
+        },
         ..desk.args()
     };
     execute(&args, &desk.stop, &TOOLS).expect("done");
@@ -128,9 +133,14 @@ fn every_number_is_written() {
     let csv = std::fs::read_to_string(desk.path("running.csv")).expect("written");
     assert!(csv.starts_with("time_s,exponent_1_per_s,half_width_1_per_s,exponent_2_per_s"));
     assert!(csv.contains("\n1.5,60,1.25,-inf,inf\n"), "{csv}");
+    let drawn = std::fs::read_to_string(desk.path("figures/lyapunov.svg")).expect("drawn");
+    assert!(
+        drawn.contains("<title>chaos-5deg at 6 deg</title>"),
+        "{drawn}"
+    );
     let drawn = std::fs::read(desk.path("figures/lyapunov.png")).expect("drawn");
-    assert_eq!(drawn, b"chaos-5deg at 6 deg");
-    assert_eq!(json["files"].as_array().expect("a list").len(), 2);
+    assert!(drawn.starts_with(b"\x89PNG"));
+    assert_eq!(json["files"].as_array().expect("a list").len(), 3);
 }
 
 #[test]
@@ -138,7 +148,7 @@ fn an_interrupted_study_keeps_its_results() {
     let desk = Desk::new();
     desk.stop.store(true, Ordering::Relaxed);
     let args = LyapunovArgs {
-        png: Some(desk.path("mine.png")),
+        figures: Some(desk.path("mine.png")),
         ..desk.args()
     };
     let error = execute(&args, &desk.stop, &TOOLS).expect_err("interrupted");
@@ -356,12 +366,12 @@ fn bad_input_is_found_before_any_work() {
         // The figure would be `lyapunov.png` in the folder.
         LyapunovArgs {
             csv: Some(desk.path("lyapunov.png")),
-            png: Some(desk.path(".")),
+            figures: Some(desk.path(".")),
             ..desk.args()
         },
         LyapunovArgs {
             csv: Some(desk.path("new")),
-            png: Some(desk.path("new")),
+            figures: Some(desk.path("new")),
             ..desk.args()
         },
         LyapunovArgs {
@@ -370,11 +380,11 @@ fn bad_input_is_found_before_any_work() {
             ..desk.args()
         },
         LyapunovArgs {
-            png: Some(desk.path("file")),
+            figures: Some(desk.path("file")),
             ..desk.args()
         },
         LyapunovArgs {
-            png: Some(desk.path("absent/out.png")),
+            figures: Some(desk.path("absent/out.png")),
             ..desk.args()
         },
         LyapunovArgs {

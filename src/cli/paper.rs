@@ -11,16 +11,15 @@ use serde::Serialize;
 
 use super::engine;
 use super::error::{Cause, CliError};
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::report::{FileReport, Report, list_files};
 use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{
-    Drawn, Files, Record, picture_names, tell, work_through, write_figures, write_recording,
-    write_tables,
-};
+use super::sweep::{Files, Record, tell, work_through, write_recording, write_tables};
 use crate::VERSION;
 use crate::escape;
+use crate::plot::{Figure, Format};
 use crate::scene::{Parameter, Scene};
 use crate::study::paper::{Evidence, Finding, Holds, compare, paper_plan, score};
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
@@ -47,15 +46,15 @@ const NAME: Style = Style::new().bold();
 pub(super) struct Tools {
     /// The evidence in the points of a sweep over the tilt.
     pub evidence: fn(&Scene, &[SweepPoint]) -> Result<Evidence, Cause>,
-    /// Draws the figures, all or only one, each with its caption.
+    /// The figures, all or only one, each with its caption.
     pub draw: DrawPaper,
     /// Records the sweep behind them, with the mode shapes.
     pub record: Record,
 }
 
-/// Draws the figures of the paper: all, or only the one with a number.
+/// The figures of the paper: all, or only the one with a number.
 pub(super) type DrawPaper =
-    fn(&SweepPlan, &[SweepPoint], &Evidence, Option<u8>) -> Result<Vec<(Drawn, String)>, Cause>;
+    fn(&SweepPlan, &[SweepPoint], &Evidence, Option<u8>) -> Result<Vec<Figure>, Cause>;
 
 /// Runs the command.
 ///
@@ -108,9 +107,9 @@ fn execute(
     }
     let failed = |doing| move |source| CliError::Run { doing, source };
     let evidence = (tools.evidence)(&plan.scene, &points).map_err(failed("comparison"))?;
-    let drawn = (tools.draw)(&plan, &points, &evidence, args.only).map_err(failed("drawing"))?;
-    let (figures, captions): (Vec<Drawn>, Vec<String>) = drawn.into_iter().unzip();
-    written.extend(write_figures(&args.out, &figures)?);
+    let figures = (tools.draw)(&plan, &points, &evidence, args.only).map_err(failed("drawing"))?;
+    let drawn = (&args.drawn, &STUDY[..]);
+    written.extend(write_figures(&args.out, "--out", &figures, drawn)?);
     written.extend(write_recording(&plan, &points, &files, tools.record)?);
     // Without a motion nothing can be compared.
     let findings = match points.is_empty() {
@@ -119,10 +118,16 @@ fn execute(
     };
     let mut report = PaperReport::new(&plan, &findings, written);
     if args.only.is_some() {
-        report.captions.clone_from(&captions);
+        report.captions = figures
+            .iter()
+            .map(|figure| figure.caption.clone())
+            .collect();
     }
     if args.only.is_none() {
-        let page = page(&report, &figures, &captions);
+        let shown = args.drawn.formats(&STUDY).iter();
+        // What a browser shows, if it was drawn; pixels first.
+        let shown = shown.rev().find(|format| **format != Format::Pdf);
+        let page = page(&report, &figures, shown.copied().unwrap_or(Format::Pdf));
         report.files.push(write(&args.out.join(PAGE), &page)?);
     }
     tell(&report, &outputs, &files)
@@ -130,9 +135,9 @@ fn execute(
 
 /// Checks all outputs before any work, and makes the directory.
 fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
-    let figures: Vec<String> = (1..=FIGURES).map(|n| format!("figure-{n}")).collect();
-    let tables = [PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned);
-    let names = [picture_names(&figures), tables.to_vec()].concat();
+    let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
+    let mut names = args.drawn.names(figures, &STUDY);
+    names.extend([PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned));
     check_directory(&args.out, "--out", &names)?;
     let scene_file = args.scene.as_deref().map(OsStr::new);
     // One in the directory that is still to be made is checked there.
@@ -150,6 +155,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
     let outputs = SweepOutputs {
         out: args.out.join(TABLE),
         figures: None,
+        drawn: args.drawn.clone(),
         save: args.only.is_none().then(|| args.out.join(RECORDING)),
         json: args.json.clone(),
     };
@@ -287,7 +293,7 @@ impl Report for PaperReport {
 }
 
 /// The page of figures with their captions and the table of claims, Markdown.
-fn page(report: &PaperReport, figures: &[Drawn], captions: &[String]) -> String {
+fn page(report: &PaperReport, figures: &[Figure], format: Format) -> String {
     let mut page = format!(
         "# The paper's figures, as found here\n\n\
          J. Kang, *Nonlinear Vibration Induced by Friction in a Ball Joint System*, Lubricants 2022, 10, \
@@ -297,12 +303,9 @@ fn page(report: &PaperReport, figures: &[Drawn], captions: &[String]) -> String 
         report.start,
         report.version
     );
-    for (figure, caption) in figures.iter().zip(captions) {
-        let _ = writeln!(
-            page,
-            "![{}]({}.png)\n\n{caption}\n",
-            figure.name, figure.name
-        );
+    let ending = format.ending();
+    for Figure { name, caption, .. } in figures {
+        let _ = writeln!(page, "![{name}]({name}.{ending})\n\n{caption}\n");
     }
     let _ = write!(
         page,
@@ -343,13 +346,11 @@ mod tests {
         points: &[SweepPoint],
         _: &Evidence,
         only: Option<u8>,
-    ) -> Result<Vec<(Drawn, String)>, Cause> {
-        let drawn = Drawn {
-            name: format!("figure-{}", only.unwrap_or(4)),
-            svg: points.len().to_string(),
-            png: Vec::new(),
-        };
-        Ok(vec![(drawn, "What is seen.".to_owned())])
+    ) -> Result<Vec<Figure>, Cause> {
+        let name = format!("figure-{}", only.unwrap_or(4));
+        let mut figure = Figure::new(name, points.len().to_string(), 50.0, Vec::new());
+        figure.caption = "What is seen.".to_owned();
+        Ok(vec![figure])
     }
 
     fn record(_: &SweepPlan, points: &[SweepPoint], _: &str, path: &Path) -> Result<(), Cause> {
@@ -387,6 +388,7 @@ mod tests {
             scene: None,
             only: None,
             out: out.clone(),
+            drawn: Default::default(),
             start: OneStart::Cold,
             seed: Some(4),
             accuracy: None,
@@ -416,10 +418,8 @@ mod tests {
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();
         execute(&args, &stop, &TOOLS, short).unwrap();
         assert_eq!(std::fs::read(out.join("sweep.arrow")).unwrap(), before);
-        assert_eq!(
-            std::fs::read_to_string(out.join("figure-9.svg")).unwrap(),
-            "2"
-        );
+        let drawn = std::fs::read_to_string(out.join("figure-9.svg")).unwrap();
+        assert!(drawn.contains("<title>2</title>"), "{drawn}");
         // Another question does not go over it.
         args.seed = Some(5);
         let refused = execute(&args, &stop, &TOOLS, short).unwrap_err();

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
 use super::args::{positive, tilts};
+use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
 use crate::study::cost::Knob;
 use crate::study::sweep::Shard;
@@ -78,6 +79,9 @@ pub struct PaperArgs {
     /// The directory for figures, captions and tables.
     #[arg(long, value_name = "DIR", default_value = "paper")]
     pub out: PathBuf,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
     #[arg(long, value_enum, default_value_t = OneStart::Cold)]
     pub start: OneStart,
@@ -154,6 +158,9 @@ pub struct CostArgs {
     /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
     #[arg(long, value_name = "DIR", default_value = "cost")]
     pub out: PathBuf,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// Write the sets as a chapter of a page (Markdown), such as those of the guide.
     #[arg(long, value_name = "FILE.md")]
     pub page: Option<PathBuf>,
@@ -179,6 +186,9 @@ pub struct GrowthArgs {
     /// The directory for figure and table.
     #[arg(long, value_name = "DIR", default_value = "growth")]
     pub out: PathBuf,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// Write the growth as a chapter of a page (Markdown), such as that of the guide.
     #[arg(long, value_name = "FILE.md")]
     pub page: Option<PathBuf>,
@@ -277,9 +287,12 @@ pub struct SweepOutputs {
     /// The table of all results (Arrow), written point by point; a short one (CSV) goes beside it.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,
-    /// Draw the figures into this directory, as SVG and PNG.
+    /// Draw the figures into this directory.
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
+    /// How figures are drawn.
+    #[command(flatten)]
+    pub drawn: FigureArgs,
     /// Save a recording for the Rerun viewer, with the parameter as the timeline to scrub; of a sweep over one parameter.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,

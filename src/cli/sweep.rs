@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::engine;
 use super::error::{Cause, CliError};
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
@@ -17,6 +17,7 @@ use super::study_args::{
     MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
 };
 use super::sweep_report::SweepReport;
+use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
@@ -30,26 +31,14 @@ const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
 /// What the rest of the crate does for these commands.
 pub(super) struct Tools {
-    /// Stems of the names of the figures.
-    pub names: fn(&SweepPlan) -> Vec<String>,
-    /// Draws the figures: names with their SVG and PNG.
-    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Result<Vec<Drawn>, Cause>,
+    /// The figures.
+    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Vec<Figure>,
     /// Records a sweep over one parameter, started by a command, into a file.
     pub record: Record,
 }
 
 /// Records a sweep over one parameter, started by a command, into a file.
 pub(super) type Record = fn(&SweepPlan, &[SweepPoint], &str, &Path) -> Result<(), Cause>;
-
-/// A figure, drawn.
-pub(super) struct Drawn {
-    /// Stem of its file name.
-    pub name: String,
-    /// As SVG.
-    pub svg: String,
-    /// As PNG.
-    pub png: Vec<u8>,
-}
 
 /// Runs `squeakscope sweep`.
 ///
@@ -67,7 +56,7 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
     let scene = args.scene.as_deref().map(OsStr::new);
-    let files = Files::check(scene, &args.outputs, &(tools.names)(&plan))?;
+    let files = Files::check(scene, &args.outputs, &names(&plan, tools))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
     deliver(
@@ -150,7 +139,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs, &(tools.names)(&plan))?;
+    let files = Files::check(None, &args.outputs, &names(&plan, tools))?;
     // What an earlier merge has made may be made again; anything else is kept.
     let out = files.table.path();
     let own = read_table(out).is_ok_and(|table| table.identity == identity);
@@ -168,6 +157,12 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         tools,
         (Shard::WHOLE, false),
     )
+}
+
+/// Stems of the names of the figures, which do not depend on the points.
+fn names(plan: &SweepPlan, tools: &Tools) -> Vec<String> {
+    let figures = (tools.draw)(plan, &[]).into_iter();
+    figures.map(|figure| figure.name).collect()
 }
 
 /// A recording has one timeline, and so a sweep that is recorded has one parameter.
@@ -212,7 +207,8 @@ impl Files {
             .as_deref()
             .filter(|path| *path != Path::new("-"));
         if let Some(directory) = &outputs.figures {
-            check_directory(directory, "--figures", &picture_names(figures))?;
+            let names = outputs.drawn.names(figures, &STUDY);
+            check_directory(directory, "--figures", &names)?;
         }
         let [table, csv, json, save] = check_all(
             input,
@@ -276,12 +272,9 @@ fn deliver(
 ) -> Result<(), CliError> {
     let mut written = write_tables(plan, identity, points, files)?;
     if let Some(directory) = &outputs.figures {
-        let drawn = (tools.draw)(plan, points);
-        let drawn = drawn.map_err(|source| CliError::Run {
-            doing: "drawing",
-            source,
-        })?;
-        written.extend(write_figures(directory, &drawn)?);
+        let figures = (tools.draw)(plan, points);
+        let drawn = (&outputs.drawn, &STUDY[..]);
+        written.extend(write_figures(directory, "--figures", &figures, drawn)?);
     }
     written.extend(write_recording(plan, points, files, tools.record)?);
     let report = SweepReport::new(plan, points, shard, interrupted, written);
@@ -332,35 +325,6 @@ pub(super) fn write_recording(
         source,
     })?;
     Ok(Some(FileReport::of(file)?))
-}
-
-/// The names of the files of figures, by their stems.
-pub(super) fn picture_names<S: std::fmt::Display>(stems: &[S]) -> Vec<String> {
-    let names = stems
-        .iter()
-        .flat_map(|stem| ["svg", "png"].map(|ending| format!("{stem}.{ending}")));
-    names.collect()
-}
-
-/// Writes figures into a directory, which is made if it is not there.
-pub(super) fn write_figures(
-    directory: &Path,
-    figures: &[Drawn],
-) -> Result<Vec<FileReport>, CliError> {
-    std::fs::create_dir_all(directory).map_err(|source| CliError::Run {
-        doing: "drawing",
-        source: source.into(),
-    })?;
-    let mut written = Vec::new();
-    for figure in figures {
-        for (ending, content) in [("svg", figure.svg.as_bytes()), ("png", &figure.png)] {
-            let path = directory.join(&figure.name).with_extension(ending);
-            let file = OutputFile::check(&path, "--figures")?;
-            file.write(|out| out.write_all(content))?;
-            written.push(FileReport::of(&file)?);
-        }
-    }
-    Ok(written)
 }
 
 /// The points that are known already. A file that is there is only touched by `--resume`.

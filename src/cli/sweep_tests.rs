@@ -5,12 +5,9 @@ use std::num::NonZero;
 use super::*;
 use crate::cli::args::Steps;
 
-fn draw(_: &SweepPlan, points: &[SweepPoint]) -> Result<Vec<Drawn>, Cause> {
-    Ok(vec![Drawn {
-        name: "diagram".to_owned(),
-        svg: format!("<svg>{}</svg>", points.len()),
-        png: vec![1, 2, 3],
-    }])
+fn draw(_: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
+    let title = format!("{} points", points.len());
+    vec![Figure::new("diagram", title, 50.0, Vec::new())]
 }
 
 fn record(
@@ -27,11 +24,7 @@ fn record(
     )?)
 }
 
-const TOOLS: Tools = Tools {
-    names: |_| vec!["diagram".to_owned()],
-    draw,
-    record,
-};
+const TOOLS: Tools = Tools { draw, record };
 
 fn steps(text: &str) -> Steps {
     text.parse().unwrap()
@@ -56,6 +49,7 @@ impl Desk {
         SweepOutputs {
             out: self.path(name),
             figures: None,
+            drawn: Default::default(),
             save: None,
             json: Some(self.path(name).with_extension("json")),
         }
@@ -105,10 +99,8 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
     assert_eq!(report["points"][4]["start"], "down");
     assert_eq!(report["points"][0]["unstable_modes"], 4);
     assert_eq!(report["files"].as_array().unwrap().len(), 4);
-    assert_eq!(
-        std::fs::read_to_string(desk.path("figures/new/diagram.svg")).unwrap(),
-        "<svg>6</svg>"
-    );
+    let svg = std::fs::read_to_string(desk.path("figures/new/diagram.svg")).unwrap();
+    assert!(svg.contains("<title>6 points</title>"), "{svg}");
     assert_eq!(
         std::fs::read_to_string(desk.path("a.csv"))
             .unwrap()

@@ -5,7 +5,7 @@ use rerun::{Scalars, SeriesLines, SeriesPoints};
 use super::{
     error::RecordError,
     paths,
-    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
     stream::{self, RecordingStream},
     style::{self, Quantity, short},
@@ -13,6 +13,7 @@ use super::{
 use crate::{
     analysis::{Divergence, ZeroOne, range},
     pipeline::message::Subject,
+    plot::Axis,
 };
 
 /// Size of the field of the divergence, pixels.
@@ -56,7 +57,7 @@ impl Chaos {
 
     /// What the view of the divergence must show.
     pub fn divergence_bounds() -> Bounds {
-        let axis = || Axis::linear("", 0.0, 1.0, 1);
+        let axis = || Axis::linear("", [0.0, 1.0]);
         divergence_plot(axis(), axis()).bounds()
     }
 
@@ -108,12 +109,10 @@ impl Chaos {
             symbol => format!(" / {symbol}"),
         };
         let plot = divergence_plot(
-            Axis::linear(format!("time, {}", time_unit.symbol), 0.0, after(last), 5),
+            Axis::linear(format!("time, {}", time_unit.symbol), [0.0, after(last)]),
             Axis::linear(
                 format!("mean ln(distance of neighbours{divisor})"),
-                low,
-                high,
-                4,
+                [low, high],
             ),
         );
         self.divergence
@@ -192,7 +191,7 @@ fn divergence_plot(x: Axis, y: Axis) -> Plot {
 }
 
 fn path_plot(full: f64, unit: &str) -> Plot {
-    let axis = |name| Axis::linear(style::with_unit(name, unit), -full, full, 4);
+    let axis = |name| Axis::linear(style::with_unit(name, unit), [-full, full]);
     Plot {
         width: PATH_SIDE,
         height: PATH_SIDE,

@@ -4,11 +4,14 @@
 use super::{
     error::RecordError,
     paths,
-    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
     stream::RecordingStream,
     style::{self, Quantity, short},
 };
-use crate::analysis::{DelayChoice, LagReason};
+use crate::{
+    analysis::{DelayChoice, LagReason},
+    plot::Axis,
+};
 
 /// Size of both fields, pixels.
 const SIZE: [f32; 2] = [400.0, 210.0];
@@ -23,7 +26,8 @@ pub struct Delay {
 impl Delay {
     /// What both views must show.
     pub fn bounds() -> Bounds {
-        plot(Axis::linear("", 0.0, 1.0, 1), Axis::linear("", 0.0, 1.0, 1)).bounds()
+        let axis = || Axis::linear("", [0.0, 1.0]);
+        plot(axis(), axis()).bounds()
     }
 
     /// Draws the choice of a window that ends at `time` (s), of samples `dt` (s) apart.
@@ -51,12 +55,10 @@ impl Delay {
         let largest = bits.len().saturating_sub(1).max(1);
         let top = bits.iter().fold(1e-3, |a: f64, b| a.max(*b));
         let plot = plot(
-            Axis::linear(format!("lag, {}", unit.symbol), 0.0, lag(largest), 5),
+            Axis::linear(format!("lag, {}", unit.symbol), [0.0, lag(largest)]),
             Axis::linear(
                 "average mutual information, bits",
-                0.0,
-                style::round_up(top),
-                4,
+                [0.0, style::round_up(top)],
             ),
         );
         self.mutual
@@ -94,13 +96,9 @@ impl Delay {
         choice: &DelayChoice,
     ) -> Result<(), RecordError> {
         let share = &choice.neighbours.share;
-        let last = share.len().max(1);
         let plot = plot(
-            Axis {
-                ticks: (1..=last).map(|m| m as f64).collect(),
-                ..Axis::linear("embedding dimension m", 0.5, last as f64 + 0.5, last)
-            },
-            Axis::linear("false nearest neighbours, %", 0.0, 100.0, 4),
+            Axis::counting("embedding dimension m", share.len()),
+            Axis::linear("false nearest neighbours, %", [0.0, 100.0]),
         );
         self.neighbours
             .draw(rec, paths::DELAY_NEIGHBOURS_AXES, time, &plot)?;

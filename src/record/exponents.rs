@@ -5,7 +5,7 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, Scalars, SeriesLines};
 use super::{
     error::RecordError,
     paths::{self, Root},
-    plot::{Axes, Axis, Bounds, CAPTION_HEIGHT, Plot},
+    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
     samples::name_series,
     stream::{self, Moment, RecordingStream},
     style::{self, FullScale, short},
@@ -14,6 +14,7 @@ use super::{
 use crate::{
     dynamics::{Exponent, LyapunovSpectrum, Sign},
     pipeline::message::{Exponents, Header},
+    plot::{self, Axis},
 };
 
 /// Size of the field of the spectrum, pixels.
@@ -78,7 +79,7 @@ impl ExponentsPlot {
         self.scale.update(1.1 * largest, SMALLEST);
         let plot = spectrum_plot(spectrum.exponents.len(), self.scale.get());
         self.axes.draw(rec, paths::EXPONENTS_AXES, time, &plot)?;
-        let ends = [plot.x.low, plot.x.high].map(|x| [x, 0.0]);
+        let ends = plot.x.range.map(|x| [x, 0.0]);
         plot.draw_curve(
             rec,
             paths::EXPONENTS_ZERO_LINE,
@@ -111,9 +112,7 @@ impl ExponentsPlot {
 
 /// The colour of exponent `k`, from 0.
 pub fn color(k: usize) -> Color {
-    // Neighbours in the list of the modes' colours are shades of one another.
-    let place = 2 * k % style::MODES.len();
-    style::MODES[place]
+    style::meaning(plot::Color::Exponent(k))
 }
 
 /// The interval of an exponent as an I, in one stroke.
@@ -131,14 +130,12 @@ fn interval(plot: &Plot, k: f64, exponent: &Exponent) -> Vec<[f32; 2]> {
 }
 
 fn spectrum_plot(count: usize, full: f64) -> Plot {
-    let mut x = Axis::linear("exponent", 0.5, count as f64 + 0.5, 8);
-    x.ticks.retain(|tick| tick.fract() == 0.0);
     Plot {
         width: FIELD[0],
         height: FIELD[1],
         head: CAPTION_HEIGHT,
-        x,
-        y: Axis::linear("exponent, 1/s", -full, full, 4),
+        x: Axis::counting("exponent", count),
+        y: Axis::linear("exponent, 1/s", [-full, full]),
         grid: true,
     }
 }

@@ -8,7 +8,7 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 use super::{
     error::RecordError,
     paths,
-    plot::{self, Axis, Bounds, Plot},
+    plot::{self, Bounds, Plot},
     samples::{Rows, name_series},
     spectrum::SpectrumPlot,
     stream::{self, RecordingStream},
@@ -19,6 +19,7 @@ use crate::{
     pipeline::message::{
         self, Computed, ComputedPicture, Course, CurveSubject, Header, TiltedTone, Way,
     },
+    plot::Axis,
     scene::Mechanism,
     text::LessonText,
 };
@@ -161,8 +162,11 @@ fn turns_plot(header: &Header) -> Option<Plot> {
         width: 400.0,
         height: 260.0,
         head: plot::key_height(400.0, &turns_key()),
-        x: Axis::linear("tilt, degrees", low, 1.05 * high, 6),
-        y: Axis::closely("strongest line, kHz", [1.0, 1.2 * highest.max(2.0)]),
+        x: Axis::linear("tilt, degrees", [low, 1.05 * high]),
+        y: Axis::closely(
+            "strongest line, kHz",
+            [1.0, 1.2 * highest.max(2.0)].into_iter(),
+        ),
         grid: true,
     })
 }
@@ -204,8 +208,8 @@ fn picture_plot(picture: &ComputedPicture) -> Plot {
         width: 400.0,
         height: 260.0,
         head: plot::key_height(400.0, &picture_key(picture)),
-        x: Axis::linear(x, x_low, x_high, 5),
-        y: Axis::linear(y, y_low.min(0.0), 1.1 * y_high, 5),
+        x: Axis::linear(x, [x_low, x_high]),
+        y: Axis::linear(y, [y_low.min(0.0), 1.1 * y_high]),
         grid: true,
     }
 }
@@ -248,9 +252,9 @@ fn draw_modes(
     let shown = unstable
         .iter()
         .map(|mode| spectrum.frequency.per_si * mode.frequency_hz);
-    let across = shown.filter(|frequency| *frequency <= plot.x.high);
+    let across = shown.filter(|frequency| *frequency <= plot.x.range[1]);
     let lines = across.map(|frequency| {
-        let [x, _] = plot.at(frequency, plot.y.low);
+        let [x, _] = plot.at(frequency, plot.y.range[0]);
         [[x, 0.0], [x, plot.height]]
     });
     let lines = LineStrips2D::new(lines)

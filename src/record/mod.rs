@@ -43,6 +43,7 @@ mod due;
 mod encode;
 mod error;
 mod exponents;
+mod figure;
 mod file_stream;
 mod health;
 mod lesson;

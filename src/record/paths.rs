@@ -298,16 +298,25 @@ pub const SHAPE_AXES: &str = "shapes/axes";
 pub const SHAPE_NAMES: &str = "shapes/names";
 /// Bifurcation diagram: the settled maxima over the swept parameter.
 pub const DIAGRAM: &str = "diagram";
-/// The maxima.
-pub const DIAGRAM_POINTS: &str = "diagram/points";
-/// The present value.
-pub const DIAGRAM_CURSOR: &str = "diagram/cursor";
-/// Axes of the diagram.
-pub const DIAGRAM_AXES: &str = "diagram/axes";
-/// What its colours mean.
-pub const DIAGRAM_KEY: &str = "diagram/key";
 /// Everything about a point of a sweep, in words.
 pub const POINT_WORDS: &str = "words";
+
+/// Axes of a panel, below the panel.
+pub const PANEL_AXES: &str = "axes";
+/// What the colours of a panel mean.
+pub const PANEL_KEY: &str = "key";
+/// Numbers that belong to a panel.
+pub const PANEL_CAPTION: &str = "caption";
+/// What a panel says where there is nothing to draw.
+pub const PANEL_NOTE: &str = "note";
+/// Names of the peaks of a panel.
+pub const PANEL_NAMES: &str = "names";
+/// Lines from the names to the peaks.
+pub const PANEL_STEMS: &str = "stems";
+/// The present value, in the diagram of a sweep.
+pub const CURSOR: &str = "cursor";
+/// The present point, in a phase plot.
+pub const NOW: &str = "now";
 
 /// All that a recording of what accuracy costs holds, knob by knob.
 pub const COST: &str = "cost";
@@ -350,54 +359,9 @@ pub fn mode_shape(index: usize) -> String {
     format!("{SHAPES}/mode_{index:02}")
 }
 
-/// What a picture has to say where there is nothing to draw.
-pub fn note(picture: &str) -> String {
-    format!("{picture}/note")
-}
-
 /// One tile of the spectrogram, from 0.
 pub fn spectrogram_tile(index: usize) -> String {
     format!("{SPECTROGRAM}/tile_{index:02}")
-}
-
-/// Axes of one of the two pictures of a knob.
-pub fn cost_axes(picture: &str) -> String {
-    format!("{picture}/axes")
-}
-
-/// What the colours of one of the two pictures of a knob mean.
-pub fn cost_key(picture: &str) -> String {
-    format!("{picture}/key")
-}
-
-/// The reference's own error.
-pub fn cost_floor(picture: &str) -> String {
-    format!("{picture}/floor")
-}
-
-/// The cheapest settings in one of the two pictures of a knob.
-pub fn cost_advised(picture: &str) -> String {
-    format!("{picture}/advised")
-}
-
-/// A family of settings: the line through its points.
-pub fn cost_curve(picture: &str, family: &str) -> String {
-    format!("{picture}/curves/{}", name_of(family))
-}
-
-/// See [`cost_curve`]: the settings.
-pub fn cost_points(picture: &str, family: &str) -> String {
-    format!("{picture}/points/{}", name_of(family))
-}
-
-/// See [`cost_curve`]: the settings that failed.
-pub fn cost_failed(picture: &str, family: &str) -> String {
-    format!("{picture}/failed/{}", name_of(family))
-}
-
-/// See [`cost_curve`]: whose failures they are.
-pub fn cost_failed_words(picture: &str, family: &str) -> String {
-    format!("{picture}/failed/{}/words", name_of(family))
 }
 
 /// The numbers of a family of settings.

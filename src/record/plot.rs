@@ -7,126 +7,15 @@ use super::{
     error::RecordError,
     paths,
     stream::{self, Moment, RecordingStream},
-    style::{self, short},
+    style,
 };
+use crate::plot::Axis;
 
-/// An axis over more decades than this has a tick at every other one.
-const MOST_POWERS: i32 = 12;
-/// An axis with more round numbers than this has ticks at the powers of ten alone.
-const MOST_TICKS: usize = 9;
 /// Width of a letter of a key and of the space after a word, pixels.
 const LETTER: f32 = 9.0;
 const SPACE: f32 = 22.0;
-
-/// How an axis maps its values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scaling {
-    /// In proportion.
-    Linear,
-    /// In proportion to the logarithm; both ends positive.
-    Logarithmic,
-}
-
-/// One axis of a plot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
-    /// Name and unit, such as `frequency, kHz`; may be empty on the upright axis.
-    pub name: String,
-    /// Value at the left or lower end.
-    pub low: f64,
-    /// Value at the right or upper end; above `low`.
-    pub high: f64,
-    /// How values map.
-    pub scaling: Scaling,
-    /// Where ticks stand.
-    pub ticks: Vec<f64>,
-}
-
-impl Axis {
-    /// A linear axis with about `count` ticks at round values.
-    pub fn linear(name: impl Into<String>, low: f64, high: f64, count: usize) -> Self {
-        let rough = (high - low) / count.max(1) as f64;
-        let decade = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
-            .map(|d| d * decade)
-            .into_iter()
-            .find(|s| *s >= rough * (1.0 - 1e-9))
-            .unwrap_or(rough);
-        let first = (low / step - 1e-9).ceil() as i64;
-        let last = (high / step + 1e-9).floor() as i64;
-        Self {
-            name: name.into(),
-            low,
-            high,
-            scaling: Scaling::Linear,
-            ticks: (first..=last).map(|k| k as f64 * step).collect(),
-        }
-    }
-
-    /// A logarithmic axis over whole decades, `10^low` to `10^high`, a tick every other one.
-    pub fn decades(name: impl Into<String>, low: i32, high: i32) -> Self {
-        Self {
-            name: name.into(),
-            low: 10f64.powi(low),
-            high: 10f64.powi(high),
-            scaling: Scaling::Logarithmic,
-            ticks: (low + 1..=high).step_by(2).map(|k| 10f64.powi(k)).collect(),
-        }
-    }
-
-    /// A logarithmic axis over whole decades, `10^low` to `10^high`, with a tick at each, or at every
-    /// other where there are many.
-    pub fn powers(name: impl Into<String>, [low, high]: [i32; 2]) -> Self {
-        let step = if high - low > MOST_POWERS { 2 } else { 1 };
-        Self {
-            ticks: (low..=high).step_by(step).map(|k| 10f64.powi(k)).collect(),
-            ..Self::decades(name, low, high)
-        }
-    }
-
-    /// A logarithmic axis that holds two different positive values closely: from and to 1, 2 or 5 times
-    /// a power of ten, with ticks at these, or at the powers alone where there are many.
-    pub fn closely(name: impl Into<String>, [low, high]: [f64; 2]) -> Self {
-        let powers = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
-        let round = powers.flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
-        let below = round.clone().rfind(|value| *value <= low * (1.0 + 1e-9));
-        let above = round.clone().find(|value| *value >= high * (1.0 - 1e-9));
-        let mut axis = Self {
-            name: name.into(),
-            low: below.unwrap_or(low),
-            high: above.unwrap_or(high),
-            scaling: Scaling::Logarithmic,
-            ticks: Vec::new(),
-        };
-        let inside = round.filter(|value| (axis.low..=axis.high).contains(value));
-        axis.ticks = inside.collect();
-        if axis.ticks.len() > MOST_TICKS {
-            axis.ticks.retain(|tick| is_power_of_ten(*tick));
-        }
-        axis
-    }
-
-    /// What stands at a tick. On a logarithmic axis all are powers of ten, unless all read well as they
-    /// are.
-    fn words(&self, tick: f64) -> String {
-        let plain = self.ticks.iter().all(|tick| (1e-2..=1e3).contains(tick));
-        let powers = self.ticks.iter().all(|tick| is_power_of_ten(*tick));
-        match self.scaling {
-            Scaling::Logarithmic if powers && !plain => power_of_ten(tick),
-            Scaling::Logarithmic | Scaling::Linear => short(tick),
-        }
-    }
-
-    /// Where `value` lies, 0 at the lower end to 1 at the upper; clamped to the axis.
-    pub fn share(&self, value: f64) -> f64 {
-        let share = match self.scaling {
-            Scaling::Linear => (value - self.low) / (self.high - self.low),
-            Scaling::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
-        };
-        // Not-a-number, the logarithm of a negative value, is not positive either.
-        if share > 0.0 { share.min(1.0) } else { 0.0 }
-    }
-}
+/// Pixels that a tick and its label take along the width and along the height.
+const TICKS: [f32; 2] = [75.0, 55.0];
 
 /// A plot of fixed size.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,11 +38,28 @@ impl Plot {
     /// Space for labels round the field, pixels: left, right, above, below.
     const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
 
-    /// The picture position of a pair of values.
+    /// The picture position of a pair of values; outside the axes, the nearest on them.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
+        // Not-a-number is at the lower end.
+        let share = |share: f64| {
+            if share > 0.0 {
+                share.min(1.0) as f32
+            } else {
+                0.0
+            }
+        };
         [
-            self.width * self.x.share(x) as f32,
-            self.height * (1.0 - self.y.share(y) as f32),
+            self.width * share(self.x.share(x)),
+            self.height * (1.0 - share(self.y.share(y))),
+        ]
+    }
+
+    /// Ticks of both axes.
+    fn ticks(&self) -> [Vec<f64>; 2] {
+        let most = |length: f32, room: f32| ((length / room) as usize).max(3);
+        [
+            self.x.ticks(most(self.width, TICKS[0])),
+            self.y.ticks(most(self.height, TICKS[1])),
         ]
     }
 
@@ -192,14 +98,15 @@ impl Plot {
         let (w, h) = (self.width, self.height);
         let mut strips = Vec::new();
         let mut colors = Vec::new();
-        for &tick in &self.x.ticks {
-            let [x, _] = self.at(tick, self.y.low);
+        let [x_ticks, y_ticks] = self.ticks();
+        for tick in x_ticks {
+            let [x, _] = self.at(tick, self.y.range[0]);
             let top = if self.grid { 0.0 } else { h };
             strips.push(vec![[x, top], [x, h + 4.0]]);
             colors.push(if self.grid { style::GRID } else { style::AXIS });
         }
-        for &tick in &self.y.ticks {
-            let [_, y] = self.at(self.x.low, tick);
+        for tick in y_ticks {
+            let [_, y] = self.at(self.x.range[0], tick);
             let right = if self.grid { w } else { 0.0 };
             strips.push(vec![[-4.0, y], [right, y]]);
             colors.push(if self.grid { style::GRID } else { style::AXIS });
@@ -216,19 +123,19 @@ impl Plot {
     fn labels(&self) -> Points2D {
         let mut points = Vec::new();
         let mut words = Vec::new();
-        for &tick in &self.x.ticks {
-            points.push([self.at(tick, self.y.low)[0], self.height + 11.0]);
-            words.push(self.x.words(tick));
-        }
-        for &tick in &self.y.ticks {
-            points.push([-26.0, self.at(self.x.low, tick)[1] - 12.0]);
-            words.push(self.y.words(tick));
-        }
+        let [x_ticks, y_ticks] = self.ticks();
+        words.extend(self.x.labels(&x_ticks));
+        words.extend(self.y.labels(&y_ticks));
+        let [left, bottom] = [self.x.range[0], self.y.range[0]];
+        let below = |tick: f64| [self.at(tick, bottom)[0], self.height + 11.0];
+        let beside = |tick: f64| [-26.0, self.at(left, tick)[1] - 12.0];
+        points.extend(x_ticks.into_iter().map(below));
+        points.extend(y_ticks.into_iter().map(beside));
         points.push([0.5 * self.width, self.height + 40.0]);
-        words.push(self.x.name.clone());
-        if !self.y.name.is_empty() {
+        words.push(self.x.label());
+        if !self.y.label().is_empty() {
             points.push([0.5 * self.width, -36.0 - self.head]);
-            words.push(self.y.name.clone());
+            words.push(self.y.label());
         }
         let count = points.len();
         Points2D::new(points)
@@ -369,25 +276,6 @@ fn place_key(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
     places
 }
 
-/// Whether a positive value is one.
-fn is_power_of_ten(value: f64) -> bool {
-    let exponent = value.log10();
-    (exponent - exponent.round()).abs() < 1e-9
-}
-
-/// A power of ten, such as `10⁻³`.
-fn power_of_ten(value: f64) -> String {
-    let exponent = format!("{:.0}", value.log10());
-    let raised = exponent.chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    });
-    format!("10{}", raised.collect::<String>())
-}
-
 /// Height of a line of words above the field, pixels.
 pub const CAPTION_HEIGHT: f32 = 26.0;
 
@@ -427,42 +315,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_round_and_inside() {
-        let axis = Axis::linear("f, kHz", 0.0, 15.0, 5);
-        assert_eq!(axis.ticks, [0.0, 5.0, 10.0, 15.0]);
-        let axis = Axis::linear("u", -2.0, 2.0, 4);
-        assert_eq!(axis.ticks, [-2.0, -1.0, 0.0, 1.0, 2.0]);
-        let axis = Axis::decades("v", -2, 1);
-        assert_eq!(axis.ticks, [0.1, 10.0]);
-        assert!((axis.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn powers_of_ten_are_words() {
-        let axis = Axis::powers("error", [-4, 1]);
-        assert_eq!(axis.ticks.len(), 6);
-        assert_eq!(axis.words(1e-4), "10⁻⁴");
-        assert_eq!(axis.words(10.0), "10¹");
-        let axis = Axis::powers("CPU time, ms", [-1, 2]);
-        assert_eq!(
-            (axis.words(0.1), axis.words(100.0)),
-            ("0.1".into(), "100".into())
-        );
-        assert_eq!(Axis::powers("error", [-16, 0]).ticks.len(), 9);
-    }
-
-    #[test]
-    fn an_axis_holds_its_values_closely() {
-        let axis = Axis::closely("calls", [1600.0, 40e3]);
-        assert_eq!(axis.ticks, [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
-        assert_eq!((axis.low, axis.high), (1e3, 5e4));
-        assert_eq!(axis.words(2e3), "2000");
-        let axis = Axis::closely("calls", [30.0, 3e5]);
-        assert_eq!(axis.ticks, [1e2, 1e3, 1e4, 1e5]);
-        assert_eq!(axis.words(1e4), "10⁴");
-    }
-
-    #[test]
     fn a_key_stands_side_by_side_and_breaks_once() {
         let word = |name: &str| (name.to_owned(), style::AXIS);
         let words = [word("silent"), word("periodic")];
@@ -481,8 +333,8 @@ mod tests {
             width: 200.0,
             height: 100.0,
             head: 0.0,
-            x: Axis::linear("x", 0.0, 10.0, 5),
-            y: Axis::decades("y", -2, 2),
+            x: Axis::linear("x", [0.0, 10.0]),
+            y: Axis::decades("y", [-2, 2]),
             grid: true,
         };
         assert_eq!(plot.at(0.0, 1e-2), [0.0, 100.0]);

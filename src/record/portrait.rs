@@ -8,11 +8,14 @@ use super::{
     due::Due,
     error::RecordError,
     paths::{self, Root},
-    plot::{Axis, Plot},
+    plot::Plot,
     stream::{self, Moment, RecordingStream},
     style::{self, FullScale, Quantity, Unit, short},
 };
-use crate::pipeline::message::{Frame, Subject};
+use crate::{
+    pipeline::message::{Frame, Subject},
+    plot::Axis,
+};
 
 /// Length of a joint's trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
 /// tones a quarter of a kHz apart, so that a torus has closed before it fades.
@@ -185,7 +188,7 @@ impl Field {
         ];
         let axis = |name: &str, full: f64, unit: &Unit| {
             let full = unit.per_si * full;
-            Axis::linear(format!("{name}, {}", unit.symbol), -full, full, 4)
+            Axis::linear(format!("{name}, {}", unit.symbol), [-full, full])
         };
         let plot = Plot {
             width: SIDE,

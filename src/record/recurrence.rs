@@ -6,18 +6,19 @@
 //! times the room.
 
 use rerun::{
-    AnnotationContext, Clear, SegmentationImage, Transform3D, components::ImageFormat,
+    AnnotationContext, SegmentationImage, Transform3D, components::ImageFormat,
     datatypes::ChannelDatatype,
 };
 
 use super::{
     error::RecordError,
     paths::{self, Root},
-    plot::{Axis, Bounds, Plot},
+    plot::{Bounds, Plot},
     stream::{self, Moment, RecordingStream},
     style::{ColorMap, Quantity},
 };
 use crate::analysis::RecurrenceImage;
+use crate::plot::Axis;
 
 /// Side of the field, pixels of the picture's plane.
 const SIDE: f32 = 400.0;
@@ -61,7 +62,7 @@ impl Recurrence {
 
     fn plot(window: f64) -> Plot {
         let unit = Quantity::Time.unit(window);
-        let axis = |name: &str| Axis::linear(name, -unit.per_si * window, 0.0, 4);
+        let axis = |name: &str| Axis::linear(name, [-unit.per_si * window, 0.0]);
         // The upright axis means the same; the caption takes the place of its name.
         Plot {
             width: SIDE,
@@ -113,20 +114,6 @@ impl Recurrence {
             Quantity::Time.words(picture.lag),
         );
         self.caption(rec, at, &words)
-    }
-
-    /// Takes the picture away and says why there is none.
-    pub fn clear(
-        &mut self,
-        rec: &RecordingStream,
-        at: Moment,
-        words: &str,
-    ) -> Result<(), RecordError> {
-        // The size of the picture goes with it.
-        self.drawn = None;
-        let image = self.root.at(paths::RECURRENCE_IMAGE);
-        stream::log_at(rec, image, at, &Clear::flat())?;
-        self.caption(rec, at, words)
     }
 
     fn caption(&self, rec: &RecordingStream, at: Moment, words: &str) -> Result<(), RecordError> {

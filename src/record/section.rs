@@ -11,7 +11,7 @@ use super::{
     due::Due,
     error::RecordError,
     paths,
-    plot::{Axes, Axis, Bounds, Plot},
+    plot::{Axes, Bounds, Plot},
     portrait,
     stream::{self, RecordingStream},
     style::{self, Quantity},
@@ -19,6 +19,7 @@ use super::{
 use crate::{
     analysis::range,
     pipeline::message::{Header, SectionCoordinate, SectionPoint, Subject},
+    plot::Axis,
 };
 
 /// Passages on show: a quarter of a second of a squeak at 4 kHz would be a thousand.
@@ -112,7 +113,7 @@ impl Coordinate {
         let [low, high] = self.range;
         let unit = self.quantity.unit(low.abs().max(high.abs()));
         let name = style::with_unit(&format!("{}{suffix}", self.name), &unit.symbol);
-        let axis = Axis::linear(name, unit.per_si * low, unit.per_si * high, 4);
+        let axis = Axis::linear(name, [low, high].map(|end| unit.per_si * end));
         (axis, unit.per_si)
     }
 }
@@ -135,7 +136,7 @@ impl Section {
 
     /// What both views must show.
     pub fn bounds() -> Bounds {
-        let axis = || Axis::linear("", -1.0, 1.0, 1);
+        let axis = || Axis::linear("", [-1.0, 1.0]);
         plot(axis(), axis()).bounds()
     }
 
@@ -238,7 +239,8 @@ mod tests {
         let [x, y] = section.coordinates.each_ref().map(|c| c.axis("").0);
         // The second strays by 0.2 um: all of it and a margin, on both axes.
         for (axis, low, high) in [(&x, 0.1, 0.1), (&y, -0.4, -0.2)] {
-            let (centre, half) = (0.5 * (axis.low + axis.high), 0.5 * (axis.high - axis.low));
+            let [from, to] = axis.range;
+            let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
             assert!((centre - 0.5 * (low + high)).abs() < 1e-12);
             assert!((half - 0.1 * MARGIN).abs() < 1e-12);
         }
@@ -253,10 +255,7 @@ mod tests {
         section.push(&rec, 0.07, &[stray]).unwrap();
         let [low, high] = section.coordinates[0].range;
         assert!(low < 1e-7 && 5e-7 < high && [low, high] != drawn);
-        assert_eq!(
-            (x.name.as_str(), y.name.as_str()),
-            ("u(t), µm", "u(t + 2τ), µm")
-        );
+        assert_eq!([x.label(), y.label()], ["u(t), µm", "u(t + 2τ), µm"]);
     }
 
     #[test]
@@ -272,7 +271,7 @@ mod tests {
             at: [3e-7, 5e-3],
         }];
         section.push(&rec, 0.05, &points).unwrap();
-        let names = section.coordinates.each_ref().map(|c| c.axis("").0.name);
+        let names = section.coordinates.each_ref().map(|c| c.axis("").0.label());
         assert_eq!(
             names,
             ["q, 2nd bending x, √kg µm", "dq/dt, 2nd bending x, √kg mm/s"]

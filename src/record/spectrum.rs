@@ -1,21 +1,26 @@
 //! Spectrum of the probe's velocity, and its spectrogram over the whole run.
 
-use rerun::{Image, LineStrips2D, Points2D, Radius, Transform3D};
+use rerun::{Color, Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
     error::RecordError,
     paths::{self, Root},
-    plot::{Axis, Plot},
+    plot::Plot,
     stream::{self, Moment, RecordingStream},
     style::{self, ColorMap, Quantity, Unit, short},
 };
-use crate::pipeline::message::{Header, SignalInfo, SpectralLine, Subject};
+use crate::{
+    pipeline::message::{Header, SignalInfo, SpectralLine, Subject},
+    plot::Axis,
+};
 
 /// Peaks that get a label; more would cover one another.
 const LABELLED: usize = 6;
 /// Lines above the field for the names of peaks, and the height of one, pixels.
 const NAME_LINES: usize = 3;
 const NAME_HEIGHT: f32 = 24.0;
+/// Height of all lines of names above a field, pixels.
+pub const NAMES_HEIGHT: f32 = NAME_LINES as f32 * NAME_HEIGHT - 4.0;
 /// Width of a letter of a name and of the space round a name, pixels, on the generous side: the
 /// viewer writes at a fixed size whatever the size of the picture.
 const LETTER: f32 = 8.0;
@@ -82,14 +87,12 @@ impl SpectrumPlot {
         let plot = Plot {
             width: 400.0,
             height: 150.0,
-            head: NAME_LINES as f32 * NAME_HEIGHT - 4.0,
+            head: NAMES_HEIGHT,
             x: Axis::linear(
                 style::with_unit("frequency", &frequency.symbol),
-                0.0,
-                frequency.per_si * highest,
-                6,
+                [0.0, frequency.per_si * highest],
             ),
-            y: Axis::decades(style::with_unit(name, &amplitude.symbol), bottom, top),
+            y: Axis::decades(style::with_unit(name, &amplitude.symbol), [bottom, top]),
             grid: true,
         };
         Self {
@@ -133,7 +136,7 @@ pub fn draw_spectrum(
         .iter()
         .enumerate()
         .map(|(k, a)| (hz.per_si * bin * k as f64, size.per_si * a))
-        .take_while(|(frequency, _)| *frequency <= plot.x.high);
+        .take_while(|(frequency, _)| *frequency <= plot.x.range[1]);
     let curve = shown.map(|(frequency, a)| plot.at(frequency, a));
     let curve: Vec<[f32; 2]> = curve.collect();
     let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
@@ -143,7 +146,7 @@ pub fn draw_spectrum(
 
     let shown = peaks
         .iter()
-        .filter(|peak| hz.per_si * peak.frequency <= plot.x.high);
+        .filter(|peak| hz.per_si * peak.frequency <= plot.x.range[1]);
     let peaks: Vec<_> = shown.take(LABELLED).collect();
     let tip =
         |peak: &SpectralLine| plot.at(hz.per_si * peak.frequency, size.per_si * peak.amplitude);
@@ -156,29 +159,41 @@ pub fn draw_spectrum(
         tip: tip(peak),
         name: peak_label(peak, hz),
     });
-    let placed = place_names(plot.width, named);
+    let (names, stems) = names_and_stems(plot.width, named, style::ACCENT);
+    stream::log_at(rec, root.at(paths::SPECTRUM_NAMES), at, &names)?;
+    stream::log_at(rec, root.at(paths::SPECTRUM_STEMS), at, &stems)
+}
+
+/// Names of peaks above the field, and lines from them to the peaks.
+pub fn names_and_stems(
+    width: f32,
+    named: impl Iterator<Item = Named>,
+    color: Color,
+) -> (Points2D, LineStrips2D) {
+    let placed = place_names(width, named);
     let names = Points2D::new(placed.iter().map(|name| name.at))
         .with_labels(placed.iter().map(|name| name.named.name.as_str()))
         .with_show_labels(true)
-        .with_colors(vec![style::ACCENT; placed.len()])
+        .with_colors(vec![color; placed.len()])
         .with_radii([Radius::new_ui_points(0.0)]);
-    stream::log_at(rec, root.at(paths::SPECTRUM_NAMES), at, &names)?;
     // From the foot of the name: a point's words hang below it.
     let stems = placed.iter().map(|name| {
         let [x, tip] = name.named.tip;
         [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
     });
     let stems = LineStrips2D::new(stems)
-        .with_colors([style::faded(style::ACCENT, 0.5)])
+        .with_colors([style::faded(color, 0.5)])
         .with_radii([Radius::new_ui_points(0.5)]);
-    stream::log_at(rec, root.at(paths::SPECTRUM_STEMS), at, &stems)
+    (names, stems)
 }
 
 /// A peak's tip and its name.
 #[derive(Clone, Debug, PartialEq)]
-struct Named {
-    tip: [f32; 2],
-    name: String,
+pub struct Named {
+    /// Where the peak is.
+    pub tip: [f32; 2],
+    /// Its name.
+    pub name: String,
 }
 
 /// A name and the point that it hangs from, its middle.
@@ -395,9 +410,7 @@ fn time_axis(start: f64, duration: f64) -> Axis {
     let time = Quantity::Time.unit(duration);
     Axis::linear(
         style::with_unit("time", &time.symbol),
-        time.per_si * start,
-        time.per_si * (start + duration),
-        8,
+        [start, start + duration].map(|end| time.per_si * end),
     )
 }
 
@@ -427,9 +440,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
                 short(low.into()),
                 short(high.into()),
             ),
-            0.0,
-            hz.per_si * highest,
-            4,
+            [0.0, hz.per_si * highest],
         ),
         grid: false,
     };

@@ -6,7 +6,10 @@ use rerun::Color;
 use crate::{
     analysis::Regime,
     pipeline::message::{Header, NodeState, SignalInfo, Subject},
+    plot,
 };
+
+pub use crate::plot::{round_up, short};
 
 /// Behind three-dimensional pictures.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
@@ -55,17 +58,15 @@ pub const fn node(state: NodeState) -> Color {
     }
 }
 
-/// The colour of a kind of motion.
-pub const fn regime(regime: Regime) -> Color {
-    match regime {
-        Regime::Silent => rgb(0x5a, 0x66, 0x78),
-        Regime::Transient => SECOND,
-        Regime::Periodic => SIGNAL,
-        Regime::QuasiPeriodic => ROTATION,
-        Regime::Chaotic => ACCENT,
-        Regime::Noise => FRICTION,
-        Regime::Unsure => rgb(0x9a, 0xa4, 0xb2),
-    }
+/// The colour of a type of motion.
+pub fn regime(regime: Regime) -> Color {
+    meaning(plot::Color::Regime(regime))
+}
+
+/// The colour that figures have for something, on the viewer's background.
+pub fn meaning(color: plot::Color) -> Color {
+    let [r, g, b] = color.on_dark();
+    rgb(r, g, b)
 }
 
 /// An opaque colour.
@@ -162,16 +163,6 @@ impl FullScale {
         }
         self.0 != before
     }
-}
-
-/// The smallest round number (1, 1.5, 2, 3, 4, 5, 6 or 8 times a power of ten) that is not below
-/// `x` (positive).
-pub fn round_up(x: f64) -> f64 {
-    let decade = 10f64.powf(x.log10().floor());
-    let digit = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]
-        .into_iter()
-        .find(|d| d * decade >= x * (1.0 - 1e-9));
-    digit.unwrap_or(10.0) * decade
 }
 
 /// A unit that values are drawn in.
@@ -319,26 +310,6 @@ pub fn span(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// A number for a label: at most three significant digits, no trailing zeros.
-pub fn short(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    if x.abs() < 1e-4 || x.abs() >= 1e6 {
-        let text = format!("{x:.2e}");
-        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        return format!("{digits}e{power}");
-    }
-    let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{x:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,22 +348,5 @@ mod tests {
         assert_eq!(Quantity::Time.words(0.3), "300 ms");
         assert_eq!(Quantity::Own("V".to_owned()).words(-2e-5), "-2e-5 V");
         assert_eq!(Quantity::Own(String::new()).words(0.0), "0");
-    }
-
-    #[test]
-    fn labels_are_short() {
-        let cases = [
-            (0.0, "0"),
-            (0.25, "0.25"),
-            (4.117, "4.12"),
-            (12.0, "12"),
-            (-0.5, "-0.5"),
-            (1234.0, "1234"),
-            (1e-5, "1e-5"),
-            (-1.234e7, "-1.23e7"),
-        ];
-        for (x, text) in cases {
-            assert_eq!(short(x), text);
-        }
     }
 }

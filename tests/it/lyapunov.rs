@@ -145,7 +145,7 @@ fn bad_input_is_refused_in_one_line() {
             &["chaos-5deg", "--until", "1", "--error", "1"],
             "cannot be used with",
         ),
-        (&["chaos-5deg", "--png", "file"], "`file` (--png)"),
+        (&["chaos-5deg", "--figures", "file"], "`file` (--figures)"),
         (
             &["chaos-5deg", "--json", "out", "--csv", "out"],
             "asked for twice",

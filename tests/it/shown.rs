@@ -185,8 +185,7 @@ fn texts_of_scenes_are_shown() {
         "figures",
     ];
     printed(squeakscope(folder, &words), SHOWN);
-    let figure =
-        std::fs::read_to_string(folder.join("figures/bifurcation-cold.svg")).expect("text");
+    let figure = std::fs::read_to_string(folder.join("figures/bifurcation.svg")).expect("text");
     assert!(figure.contains("\\u001b[2J"), "the title");
     assert!(!figure.contains(|c: char| c.is_control() && c != '\n' || c == '\u{202e}'));
 }

@@ -9,32 +9,42 @@ use rerun::{
 };
 
 use super::{ContainerLike, Layout, Parts, View, tab};
-use crate::record::{
-    error::RecordError,
-    paths::{self, Root},
-    plot::{Axis, Bounds},
-    portrait::Portrait,
-    recurrence::Recurrence,
-    stream::RecordingStream,
-    sweep::{self, BodyView, Ladder, Scope, StartView, SweepView, square},
+use crate::{
+    plot,
+    record::{
+        error::RecordError,
+        paths::{self, Root},
+        stream::RecordingStream,
+        sweep::{self, Ladder, Scope, SweepStudy},
+    },
+    study::sweep::Start,
 };
 
 /// Values a second while playing.
 const PLAYS: f64 = 1.5;
 
 /// Sends the layout of a sweep.
-pub fn send(rec: &RecordingStream, sweep: &SweepView, scope: &Scope) -> Result<(), RecordError> {
+pub fn send(
+    rec: &RecordingStream,
+    sweep: &SweepStudy<'_>,
+    scope: &Scope,
+) -> Result<(), RecordError> {
     let mut layout = Layout::default();
+    let starts = sweep.starts().map(|start| StartPictures {
+        start,
+        scope,
+        pictures: sweep::pictures(sweep, start, scope),
+    });
+    let starts: Vec<StartPictures<'_>> = starts.collect();
     let mut tabs = Vec::new();
-    if sweep.starts.len() > 1 {
-        tabs.push(layout.shapes_tab(sweep, scope));
-        tabs.push(layout.tones_tab(sweep, scope));
+    if starts.len() > 1 {
+        tabs.push(layout.shapes_tab(&starts));
+        tabs.push(layout.tones_tab(&starts));
     }
-    for start in &sweep.starts {
-        tabs.push(layout.start_tab(start, scope));
-    }
-    if let Some(body) = &sweep.body {
-        tabs.push(tab("Mode shapes", Some(layout.mode_shapes(body))));
+    tabs.extend(starts.iter().map(|start| layout.start_tab(start)));
+    if let Some(body) = sweep.ball.and_then(|ball| ball.body().ok()) {
+        let shapes = layout.mode_shapes(body.families().len());
+        tabs.push(tab("Mode shapes", Some(shapes)));
     }
     let about = layout.text("About this recording", paths::ABOUT);
     tabs.push(tab("About", Some(about)));
@@ -61,92 +71,87 @@ fn whole(ladder: &Ladder) -> Option<TimeRange> {
     }))
 }
 
+/// A way of starting with its pictures.
+struct StartPictures<'a> {
+    start: Start,
+    scope: &'a Scope,
+    pictures: [sweep::Picture; 5],
+}
+
+/// Places of the pictures of a start.
+const DIAGRAM: usize = 0;
+const PORTRAIT: usize = 1;
+const RECURRENCE: usize = 2;
+const SPECTRUM: usize = 3;
+const SECTION: usize = 4;
+
 impl Layout {
     /// What the motions look like, a row a start.
-    fn shapes_tab(&mut self, sweep: &SweepView, scope: &Scope) -> Option<ContainerLike> {
-        let mut rows = Parts::new();
-        for start in &sweep.starts {
-            let words = self.point_words(start);
+    fn shapes_tab(&mut self, starts: &[StartPictures<'_>]) -> Option<ContainerLike> {
+        let rows = starts.iter().fold(Parts::new(), |rows, start| {
             let row = Parts::new()
-                .add(0.2, words)
-                .add(0.36, self.diagram(start, scope))
-                .add(0.22, self.sweep_portrait(start))
-                .add(0.22, self.sweep_recurrence(start));
-            rows = rows.add(1.0, row.row());
-        }
+                .add(0.2, self.point_words(start.start))
+                .add(0.36, self.start_picture(start, DIAGRAM))
+                .add(0.22, self.start_picture(start, PORTRAIT))
+                .add(0.22, self.start_picture(start, RECURRENCE));
+            rows.add(1.0, row.row())
+        });
         tab("Side by side: shapes", rows.column())
     }
 
-    /// How they sound, and whether neighbours part, a row a start.
-    fn tones_tab(&mut self, sweep: &SweepView, scope: &Scope) -> Option<ContainerLike> {
-        let mut rows = Parts::new();
-        for start in &sweep.starts {
+    /// How they sound, and whether neighbours diverge, a row a start.
+    fn tones_tab(&mut self, starts: &[StartPictures<'_>]) -> Option<ContainerLike> {
+        let rows = starts.iter().fold(Parts::new(), |rows, start| {
             let row = Parts::new()
-                .add(0.42, self.sweep_spectrum(start, scope))
-                .add(0.24, self.sweep_section(start))
-                .add(0.34, self.sweep_exponents(start, scope));
-            rows = rows.add(1.0, row.row());
-        }
+                .add(0.42, self.start_picture(start, SPECTRUM))
+                .add(0.24, self.start_picture(start, SECTION))
+                .add(0.34, self.sweep_exponents(start));
+            rows.add(1.0, row.row())
+        });
         tab("Side by side: tones", rows.column())
     }
 
     /// All of one start.
-    fn start_tab(&mut self, start: &StartView, scope: &Scope) -> Option<ContainerLike> {
-        let words = self.point_words(start);
+    fn start_tab(&mut self, start: &StartPictures<'_>) -> Option<ContainerLike> {
         let top = Parts::new()
-            .add(1.5, self.diagram(start, scope))
-            .add(1.0, self.sweep_portrait(start))
-            .add(1.0, self.sweep_embedding(start))
-            .add(1.0, self.sweep_recurrence(start))
-            .row();
+            .add(1.5, self.start_picture(start, DIAGRAM))
+            .add(1.0, self.start_picture(start, PORTRAIT))
+            .add(1.0, self.sweep_embedding(start.start))
+            .add(1.0, self.start_picture(start, RECURRENCE));
         let low = Parts::new()
-            .add(1.5, self.sweep_spectrum(start, scope))
-            .add(1.0, self.sweep_section(start))
-            .add(1.0, self.sweep_exponents(start, scope))
-            .row();
-        let right = Parts::new().add(1.0, top).add(1.0, low);
+            .add(1.5, self.start_picture(start, SPECTRUM))
+            .add(1.0, self.start_picture(start, SECTION))
+            .add(1.0, self.sweep_exponents(start));
+        let right = Parts::new().add(1.0, top.row()).add(1.0, low.row());
+        let words = self.point_words(start.start);
         let screen = Parts::new().add(0.2, words).add(0.8, right.column());
-        tab(&sweep::title(start), screen.row())
+        tab(&sweep::title(start.start), screen.row())
     }
 
-    fn point_words(&mut self, start: &StartView) -> ContainerLike {
-        let root = Root::of_start(&start.key);
+    fn point_words(&mut self, start: Start) -> ContainerLike {
+        let root = Root::of_start(&start.to_string());
         self.text(&sweep::title(start), &root.at(paths::POINT_WORDS))
     }
 
-    fn of_start(
-        &mut self,
-        start: &StartView,
-        name: &str,
-        path: &str,
-        bounds: Bounds,
-    ) -> ContainerLike {
-        let name = format!("{name}: {}", start.words);
-        self.picture(&name, &Root::of_start(&start.key).at(path), bounds)
-    }
-
-    fn diagram(&mut self, start: &StartView, scope: &Scope) -> ContainerLike {
-        let bounds = scope.diagram.0.bounds();
-        self.of_start(start, "Maxima", paths::DIAGRAM, bounds)
-    }
-
-    fn sweep_portrait(&mut self, start: &StartView) -> ContainerLike {
-        self.of_start(start, "Phase portrait", paths::PORTRAIT, Portrait::bounds())
+    fn start_picture(&mut self, start: &StartPictures<'_>, place: usize) -> ContainerLike {
+        let (name, path, bounds) = &start.pictures[place];
+        let name = format!("{name}: {}", plot::words(start.start));
+        self.picture(&name, path, *bounds)
     }
 
     /// Delay vectors in their cube.
-    fn sweep_embedding(&mut self, start: &StartView) -> ContainerLike {
-        let name = format!("Delay vectors: {}", start.words);
-        let origin = Root::of_start(&start.key).at(paths::EMBEDDING);
+    fn sweep_embedding(&mut self, start: Start) -> ContainerLike {
+        let name = format!("Delay vectors: {}", plot::words(start));
+        let origin = Root::of_start(&start.to_string()).at(paths::EMBEDDING);
         self.cube(&name, &origin, 4.6)
     }
 
     /// The natural modes side by side, from the front and a little from above.
-    fn mode_shapes(&mut self, body: &BodyView) -> ContainerLike {
+    fn mode_shapes(&mut self, count: usize) -> ContainerLike {
         let view: ContainerLike = View::in_3d("Natural modes, yellow moves most")
             .with_origin(paths::SHAPES)
             .into();
-        let distance = 60.0 * body.modes.len().max(6) as f64;
+        let distance = 60.0 * count.max(6) as f64;
         let middle = [0.0, 0.0, -95.0];
         let eye = [0.0, -0.98, 0.2].map(|c: f64| c * distance);
         let from = [eye[0], eye[1], eye[2] + middle[2]];
@@ -154,34 +159,19 @@ impl Layout {
         view
     }
 
-    fn sweep_recurrence(&mut self, start: &StartView) -> ContainerLike {
-        let bounds = Recurrence::bounds();
-        self.of_start(start, "Recurrence plot", paths::RECURRENCE, bounds)
-    }
-
-    fn sweep_spectrum(&mut self, start: &StartView, scope: &Scope) -> ContainerLike {
-        let symbol = &scope.spectrum.frequency.symbol;
-        let name = format!("Spectrum (lines in {symbol})");
-        let bounds = scope.spectrum.plot.bounds();
-        self.of_start(start, &name, paths::SPECTRUM, bounds)
-    }
-
-    fn sweep_section(&mut self, start: &StartView) -> ContainerLike {
-        let axis = || Axis::linear("", -1.0, 1.0, 1);
-        let bounds = square(axis(), axis()).bounds();
-        self.of_start(start, "Poincaré section", paths::SECTION, bounds)
-    }
-
     /// The exponents over the parameter; nothing if none were followed.
-    fn sweep_exponents(&mut self, start: &StartView, scope: &Scope) -> Option<ContainerLike> {
+    fn sweep_exponents(
+        &mut self,
+        StartPictures { start, scope, .. }: &StartPictures<'_>,
+    ) -> Option<ContainerLike> {
         if scope.exponents == 0 {
             return None;
         }
-        let root = Root::of_start(&start.key);
+        let root = Root::of_start(&start.to_string());
         let contents = [paths::EXPONENTS_RUNNING, paths::EXPONENTS_ZERO];
         let contents = contents.map(|path| format!("+ /{}", root.at(path)));
         // In words it would not fit over a narrow view.
-        let name = format!("Lyapunov exponents, 1/s: {}", start.key);
+        let name = format!("Lyapunov exponents, 1/s: {start}");
         let view = View::time_series(name).with_contents(contents).into();
         let view = self.windowed(view, None);
         let [low, high] = scope.exponent_range;

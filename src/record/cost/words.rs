@@ -2,21 +2,24 @@
 
 use std::fmt::Write as _;
 
-use super::{
-    scope::floors,
-    view::{CostView, FamilyView, KnobView, SettingView},
-};
 use crate::{
     VERSION, escape,
+    plot::cost::{error_words, plain, setting},
     record::{
         RERUN_VERSION,
         style::{Quantity, capital, short},
     },
+    study::cost::{CostPlan, CostPoint, CostSet, CostStudy, Knob, advice},
 };
 
+/// The sets of some knobs.
+fn sets<'a>(study: &'a CostStudy, knobs: &'a [Knob]) -> impl Iterator<Item = &'a CostSet> {
+    study.sets.iter().filter(|set| knobs.contains(&set.knob))
+}
+
 /// How to read the pictures of some knobs: no more than is in them.
-fn reading(knobs: &[KnobView]) -> String {
-    let settings = || knobs.iter().flat_map(KnobView::settings);
+fn reading(study: &CostStudy, knobs: &[Knob]) -> String {
+    let settings = || sets(study, knobs).flat_map(|set| &set.points);
     let parts = [
         (
             true,
@@ -24,7 +27,7 @@ fn reading(knobs: &[KnobView]) -> String {
              a point** for its numbers.",
         ),
         (
-            knobs.iter().any(|knob| floors(knob).next().is_some()),
+            sets(study, knobs).any(|set| set.floor.is_some_and(|floor| floor > 0.0)),
             "The dashed line is the error of the reference itself: near it and below it an error is not told.",
         ),
         (
@@ -41,97 +44,79 @@ fn reading(knobs: &[KnobView]) -> String {
     sentences.join(" ")
 }
 
-/// A number as people write tolerances: `1e-5`, `0.25`, `100`.
-fn plain(value: f64) -> String {
-    if (1e-2..1e6).contains(&value.abs()) || value == 0.0 {
-        return short(value);
-    }
-    let text = format!("{value:.1e}");
-    text.replace(".0e", "e")
-}
-
-/// A setting with its name and unit: `tolerance 1e-5`, `step 1.6e-6 s`.
-fn setting(turned: &str, value: f64) -> String {
-    let (name, unit) = turned.split_once(", ").unwrap_or((turned, ""));
-    format!("{name} {} {unit}", plain(value))
-        .trim_end()
-        .to_owned()
-}
-
-/// An error to two digits or three.
-fn digits(error: f64) -> String {
-    match error {
-        error if (1e-2..1e4).contains(&error) || error == 0.0 => short(error),
-        error => format!("{error:.1e}"),
-    }
-}
-
 /// An error, or that there is none.
-fn error(setting: &SettingView) -> String {
-    match setting.error {
-        Ok(error) => digits(error),
+fn error(point: &CostPoint) -> String {
+    match point.error {
+        Ok(error) => error_words(error),
         Err(_) => "failed".to_owned(),
     }
 }
 
 /// Milliseconds to three digits.
-fn milliseconds(setting: &SettingView) -> String {
-    short(1e3 * setting.seconds)
+fn milliseconds(point: &CostPoint) -> String {
+    short(1e3 * point.seconds)
 }
 
-/// A setting, its error and what it costs, in one line: what is asked for first comes first, since a
-/// narrow tooltip cuts the end off. The family stands above it there.
-pub fn point(family: &FamilyView, point: &SettingView) -> String {
-    let mut text = setting(family.turned, point.value);
-    if let Ok(error) = point.error {
-        let _ = write!(text, ": error {}", digits(error));
-    } else {
-        text.push_str(": failed");
-    }
-    let _ = write!(text, ", {} ms of CPU", milliseconds(point));
-    if point.calls > 0 {
-        let _ = write!(text, ", {} calls", point.calls);
-    }
-    if let Err(why) = &point.error {
-        let _ = write!(text, "; {why}");
-    }
-    if !point.detail.is_empty() {
-        let _ = write!(text, "; {}", point.detail);
-    }
-    text
-}
-
-/// What the dashed line is.
-pub fn floor(common: Option<f64>) -> String {
-    match common {
-        Some(floor) => format!("the reference's own error, {floor:.1e}"),
-        None => "the references' own errors".to_owned(),
+/// What is turned and what its error is compared with.
+fn about_knob(knob: Knob) -> &'static str {
+    match knob {
+        Knob::Integrator => {
+            "Method and tolerance (of `rk4` the step), by the trajectory: the largest deviation of the state \
+             from that of a reference with a tolerance of 1e-12, in the norm of the vibration's energy, \
+             relative to its size."
+        }
+        Knob::Invariants => {
+            "The tolerance of the scene's own method, by what does not depend on the trajectory and so can \
+             be compared beyond its horizon, in chaos, too."
+        }
+        Knob::Events => {
+            "Whether steps of `lawson54` go through events (a node opens or closes) or end exactly there, \
+             by the trajectory."
+        }
+        Knob::Nodes => {
+            "Family and number of the contact nodes, by the trajectory, beside a reference with 4000 of them."
+        }
+        Knob::Modes => {
+            "How many natural modes the body has, from the lowest up, by what the vibration settles to, beside \
+             that with all modes: eleven of the paper's frequencies, or many of the finite elements' own."
+        }
+        Knob::Elements => {
+            "Size of the finite elements, by the natural frequencies, beside those of a finer mesh."
+        }
+        Knob::Exponents => {
+            "How long the growth of tangent vectors is averaged, by half of the 95 % interval of the \
+             largest Lyapunov exponent. The reference is four times as long as the longest."
+        }
+        Knob::Recurrence => {
+            "How many states are compared and what counts as near, by the determinism, beside that of a \
+             longer series."
+        }
     }
 }
 
 /// All about a knob.
-pub fn knob(cost: &CostView, knob: &KnobView) -> String {
+pub fn knob(study: &CostStudy, knob: Knob) -> String {
     let mut text = format!(
         "# {name} of `{scene}`\n\n{advice}## What is turned\n\n{about}\n\nThe error: {error}.\n\n\
          ## How to read it\n\n{reading}\n\n## All settings\n\n",
-        scene = cost.scene,
-        name = capital(knob.name),
-        advice = advice(cost, knob),
-        about = knob.about,
-        error = knob.error,
-        reading = reading(std::slice::from_ref(knob)),
+        scene = study.scene,
+        name = capital(knob.name()),
+        advice = cheapest(study, knob),
+        about = about_knob(knob),
+        error = knob.error(),
+        reading = reading(study, &[knob]),
     );
-    for family in &knob.families {
-        let _ = write!(text, "**{}**", family.name);
-        if let Some(floor) = family.floor {
+    for set in sets(study, &[knob]) {
+        let _ = write!(text, "**{}**", set.family);
+        if let Some(floor) = set.floor {
             let _ = write!(text, " (the reference's own error {floor:.1e})");
         }
         let _ = write!(
             text,
             "\n\n| {} | ms | calls | error |\n|---|---|---|---|\n",
-            family.turned
+            set.turned
         );
-        for point in &family.settings {
+        for point in &set.points {
             let calls = match point.calls {
                 0 => "–".to_owned(),
                 calls => calls.to_string(),
@@ -152,18 +137,24 @@ pub fn knob(cost: &CostView, knob: &KnobView) -> String {
 }
 
 /// The cheapest setting for each error; nothing for a knob without advice.
-fn advice(cost: &CostView, knob: &KnobView) -> String {
+fn cheapest(study: &CostStudy, knob: Knob) -> String {
     let mut rows = String::new();
-    for advice in &knob.advice {
-        let Some((family, point)) = knob.advised(advice) else {
+    if knob != Knob::Integrator {
+        return rows;
+    }
+    for advice in advice(&study.sets) {
+        let families = study.sets.iter();
+        let families = families.filter(|set| set.knob == knob && set.family == advice.method);
+        let mut points = families.flat_map(|set| set.points.iter().map(move |point| (set, point)));
+        let Some((set, point)) = points.find(|(_, point)| point.value == advice.value) else {
             continue;
         };
         let _ = writeln!(
             rows,
             "| {:.0e} | {}, {} | {} | {} | {} |",
             advice.target,
-            family.name,
-            setting(family.turned, point.value),
+            set.family,
+            setting(set.turned, point.value),
             milliseconds(point),
             point.calls,
             error(point),
@@ -178,38 +169,38 @@ fn advice(cost: &CostView, knob: &KnobView) -> String {
          White rims in the pictures. {} puts this into the scene, and `--accuracy 1e-4` takes it.\n\n",
         escape::code(&format!(
             "squeakscope cost {} --write FILE.toml",
-            cost.scene
+            study.scene
         ))
     )
 }
 
 /// The study as a whole.
-pub fn about(cost: &CostView) -> String {
-    let knobs: String = cost
-        .knobs
-        .iter()
-        .map(|knob| format!("| **{}** | {} | {} |\n", knob.name, knob.about, knob.error))
-        .collect();
-    let advice: String = cost.knobs.iter().map(|knob| advice(cost, knob)).collect();
+pub fn about(plan: &CostPlan, study: &CostStudy, knobs: &[Knob], command: &str) -> String {
+    let row = |knob: &Knob| {
+        let (name, about, error) = (knob.name(), about_knob(*knob), knob.error());
+        format!("| **{name}** | {about} | {error} |\n")
+    };
+    let rows: String = knobs.iter().map(row).collect();
+    let advice: String = knobs.iter().map(|knob| cheapest(study, *knob)).collect();
     format!(
         "# What accuracy costs in {scene}\n\n\
          Each knob is turned with all others at their reference, and the error is set against the work: CPU \
          time (the median of repeated runs, all threads together) and calls of the right-hand side, which \
          are free of noise. Trajectories start in the settled motion and are compared over {horizon}: in \
          chaos no longer than an error takes to grow by a factor of e.{held}\n\n\
-         {reading}\n\n{advice}## The knobs\n\n| knob | what is turned | error |\n|---|---|---|\n{knobs}\n\
+         {reading}\n\n{advice}## The knobs\n\n| knob | what is turned | error |\n|---|---|---|\n{rows}\n\
          ## Scene {scene}: {title}\n\n{text}\n\n\
          squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
-        scene = escape::code(&cost.scene),
-        horizon = Quantity::Time.words(cost.horizon),
-        held = cost
+        scene = escape::code(&study.scene),
+        horizon = Quantity::Time.words(study.horizon),
+        held = study
             .held
             .words()
             .map(|words| format!(" Held at its first values: {words}."))
             .unwrap_or_default(),
-        title = escape::markdown(&cost.title),
-        reading = reading(&cost.knobs),
-        text = escape::block("toml", &cost.scene_text),
-        command = escape::code(&cost.command),
+        title = escape::markdown(&plan.scene.title),
+        reading = reading(study, knobs),
+        text = escape::block("toml", &plan.scene.text),
+        command = escape::code(command),
     )
 }

@@ -1,79 +1,119 @@
 //! The pictures of a sweep, start by start.
 
-use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Radius, SeriesPoints};
+use rerun::{LineStrips3D, Radius, SeriesPoints};
 
 use super::{
-    scope::{Scope, tops},
-    view::{ResponseView, StartView, SweepView},
+    SweepStudy,
+    scope::{Planes, Scope},
     words,
 };
 use crate::{
-    analysis::Regime,
+    analysis::RecurrenceImage,
     dynamics::Exponent,
+    plot::{
+        self, Color, Layer, Panel,
+        response::{self, samples},
+    },
     record::{
         error::RecordError,
         exponents,
+        figure::View,
         paths::{self, Root},
-        plot::{Axes, Plot},
-        portrait::{self, Field},
-        recurrence::Recurrence,
-        spectrum::{self, Spectrum},
+        plot::Bounds,
+        portrait,
         stream::{self, Moment, RecordingStream},
-        style::{self, Quantity, Unit},
+        style::{self, Quantity},
         text,
+    },
+    study::{
+        response::{Portrait, Response, section_lag},
+        sweep::Start,
     },
 };
 
+/// Fields of the diagram, of what is square and of the spectrum, pixels.
+const DIAGRAM: [f32; 2] = [560.0, 300.0];
+const SQUARE: [f32; 2] = [400.0, 400.0];
+const SPECTRUM: [f32; 2] = [400.0, 150.0];
 /// Points on the curve of a spectrum: more than there are pixels.
 const SPECTRUM_POINTS: usize = 2000;
+
 /// What a picture says where it has nothing to draw.
 const NOTHING_MOVES: &str = "nothing moves here";
 const NO_RESPONSE: &str = "no response here";
 const NOT_DONE: &str = "not computed yet";
 const NOT_KEPT: &str = "no motion was kept here";
+const TOO_SHORT: &str = "too short a motion for it";
 
-/// What the pictures at one value have in common.
-pub struct Frame {
-    /// To which displacement (m) the pictures reach.
-    reach: f64,
-    portrait: Field,
-    section: (Plot, Unit),
+/// Where the pictures of one start are.
+struct Views {
+    /// The bifurcation diagram.
+    diagram: View,
+    /// Velocity over displacement.
+    portrait: View,
+    /// The Poincaré section.
+    section: View,
+    /// The spectrum.
+    spectrum: View,
+    /// The recurrence plot.
+    recurrence: View,
 }
 
-impl Frame {
-    /// For the responses at a value.
-    pub fn new(scope: &Scope, found: &[&ResponseView]) -> Self {
-        let reach = scope.reach(found);
+impl Views {
+    /// Those of a start.
+    fn new(root: &Root) -> Self {
+        let view = |path, field| View::new(root.at(path), field);
         Self {
-            reach: reach[0],
-            portrait: Field::new(reach),
-            section: scope.section(found),
+            diagram: view(paths::DIAGRAM, DIAGRAM),
+            portrait: view(paths::PORTRAIT, SQUARE),
+            section: view(paths::SECTION, SQUARE),
+            spectrum: view(paths::SPECTRUM, SPECTRUM),
+            recurrence: view(paths::RECURRENCE, SQUARE),
         }
     }
 }
 
+/// A picture of a start: its name, its path, and what a view of it must show.
+pub type Picture = (&'static str, String, Bounds);
+
+/// The pictures of a start: diagram, portrait, recurrence plot, spectrum, section.
+pub fn pictures(sweep: &SweepStudy<'_>, start: Start, scope: &Scope) -> [Picture; 5] {
+    let views = Views::new(&Root::of_start(&start.to_string()));
+    let recurrence = response::recurrence(None, true).with_caption(NOT_DONE);
+    let section = scope.planes(&[]).section.panel(None);
+    let panels = [
+        ("Maxima", &views.diagram, diagram(sweep, start)),
+        ("Phase portrait", &views.portrait, phase(None, [1.0; 2])),
+        ("Recurrence plot", &views.recurrence, recurrence),
+        (
+            "Spectrum (lines in kHz)",
+            &views.spectrum,
+            spectrum(scope, None),
+        ),
+        ("Poincaré section", &views.section, section),
+    ];
+    panels.map(|(name, view, panel)| (name, view.path().to_owned(), view.bounds(&panel)))
+}
+
 /// Draws the points of one start.
 pub struct Draw<'a> {
-    sweep: &'a SweepView,
-    start: &'a StartView,
+    sweep: &'a SweepStudy<'a>,
+    start: Start,
     scope: &'a Scope,
     root: Root,
-    recurrence: Recurrence,
-    /// Axes of portrait and section.
-    axes: [Axes; 2],
+    views: Views,
+    diagram: Panel,
 }
 
 impl<'a> Draw<'a> {
     /// Draws what holds at all values.
     pub fn new(
         rec: &RecordingStream,
-        sweep: &'a SweepView,
-        start: &'a StartView,
+        sweep: &'a SweepStudy<'a>,
+        start: Start,
         scope: &'a Scope,
     ) -> Result<Self, RecordError> {
-        let root = Root::of_start(&start.key);
-        let axes = root.at(paths::SPECTRUM_AXES);
-        scope.spectrum.plot.draw(rec, &axes, None)?;
+        let root = Root::of_start(&start.to_string());
         if scope.exponents > 0 {
             exponents::name_exponents(rec, &root, scope.exponents)?;
             // Points mark the values that were computed; the ends of intervals have none.
@@ -84,60 +124,16 @@ impl<'a> Draw<'a> {
                 .with_colors(colors);
             rec.log_static(root.at(paths::EXPONENTS_RUNNING), &marks)?;
         }
-        let recurrence = Recurrence::new(rec, root.clone(), Quantity::Length)?;
-        let draw = Self {
+        let mut draw = Self {
             sweep,
             start,
             scope,
+            views: Views::new(&root),
             root,
-            recurrence,
-            axes: Default::default(),
+            diagram: diagram(sweep, start),
         };
-        draw.diagram(rec)?;
+        draw.views.diagram.draw(rec, None, &draw.diagram)?;
         Ok(draw)
-    }
-
-    /// The maxima at all values, in the colours of their kinds.
-    fn diagram(&self, rec: &RecordingStream) -> Result<(), RecordError> {
-        let (plot, unit) = &self.scope.diagram;
-        plot.draw(rec, &self.root.at(paths::DIAGRAM_AXES), None)?;
-        // Marks that cover each other within a quarter of a pixel are one.
-        let mut marks: Vec<([i32; 2], Color)> = Vec::new();
-        let mut kinds: Vec<(String, Color)> = Vec::new();
-        for regime in Regime::ALL {
-            let found = self.start.points.iter().filter_map(|point| {
-                let response = point.outcome.as_ref().ok()?;
-                (response.regime == regime).then_some((point.value, response))
-            });
-            let color = style::regime(regime);
-            let before = marks.len();
-            marks.extend(found.flat_map(|(value, response)| {
-                tops(response).map(move |top| {
-                    let at = plot.at(value, unit.per_si * top);
-                    (at.map(|c| (4.0 * c).round() as i32), color)
-                })
-            }));
-            if marks.len() > before {
-                kinds.push((regime.to_string(), color));
-            }
-        }
-        let failed = self.start.points.iter().filter(|p| p.outcome.is_err());
-        let before = marks.len();
-        marks.extend(failed.map(|point| {
-            let at = plot.at(point.value, plot.y.low);
-            (at.map(|c| (4.0 * c).round() as i32), style::AXIS)
-        }));
-        if marks.len() > before {
-            kinds.push(("no response".to_owned(), style::AXIS));
-        }
-        marks.sort_by_key(|(at, _)| *at);
-        marks.dedup_by_key(|(at, _)| *at);
-        let points = Points2D::new(marks.iter().map(|(at, _)| at.map(|c| c as f32 / 4.0)))
-            .with_colors(marks.iter().map(|(_, color)| *color))
-            .with_radii([Radius::new_ui_points(1.8)]);
-        rec.log_static(self.root.at(paths::DIAGRAM_POINTS), &points)?;
-
-        plot.draw_key(rec, &self.root.at(paths::DIAGRAM_KEY), &kinds)
     }
 
     /// Draws the point at a value.
@@ -146,76 +142,53 @@ impl<'a> Draw<'a> {
         rec: &RecordingStream,
         at: Moment,
         value: f64,
-        frame: &Frame,
+        planes: &Planes,
     ) -> Result<(), RecordError> {
-        let point = self.start.at(value);
+        let point = self.sweep.at(self.start, value);
         let document = words::point(self.sweep, self.start, value, point);
         let document = text::document(document);
         stream::log_at(rec, self.root.at(paths::POINT_WORDS), at, &document)?;
-        self.cursor(rec, at, value)?;
+        let cursor = Layer::upright(value, Color::Ink).at(paths::CURSOR);
+        let plot = self.views.diagram.plot(&self.diagram);
+        let views = &mut self.views;
+        views.diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
         let found = point.and_then(|point| point.outcome.as_ref().ok());
-        let missing = match point {
-            None => NOT_DONE,
-            Some(_) => NO_RESPONSE,
-        };
-        self.portrait(rec, at, &frame.portrait, found, missing)?;
-        self.embedding(rec, at, frame.reach, found)?;
-        self.section(rec, at, &frame.section, found, missing)?;
-        self.spectrum(rec, at, found, missing)?;
-        self.recurrence(rec, at, found, missing)?;
-        self.exponents(rec, at, found)
-    }
-
-    /// The present value in the diagram.
-    fn cursor(&self, rec: &RecordingStream, at: Moment, value: f64) -> Result<(), RecordError> {
-        let (plot, _) = &self.scope.diagram;
-        let [x, _] = plot.at(value, plot.y.low);
-        let line = LineStrips2D::new([[[x, 0.0], [x, plot.height]]])
-            .with_colors([style::POLE])
-            .with_radii([Radius::new_ui_points(0.8)])
-            .with_draw_order(1.0);
-        stream::log_at(rec, self.root.at(paths::DIAGRAM_CURSOR), at, &line)
-    }
-
-    fn portrait(
-        &mut self,
-        rec: &RecordingStream,
-        at: Moment,
-        field: &Field,
-        found: Option<&ResponseView>,
-        missing: &str,
-    ) -> Result<(), RecordError> {
-        let axes = self.root.at(paths::PORTRAIT_AXES);
-        self.axes[0].draw(rec, &axes, at, &field.plot)?;
-        let motion = found.and_then(|found| found.motion.as_ref());
-        let color = found.map_or(style::SIGNAL, |found| style::regime(found.regime));
-        let pairs = motion.into_iter().flat_map(|motion| {
-            let pairs = motion.displacement.iter().zip(&motion.velocity);
-            pairs.map(|(&u, &v)| field.values([u, v].map(f64::from)))
-        });
-        let trail = self.root.at(paths::PORTRAIT_TRAIL);
-        field
-            .plot
-            .draw_curve(rec, &trail, at, pairs, (color, 0.7))?;
-        // What hardly moves is seen by a point.
-        let last = motion.and_then(|motion| {
-            let ends = [motion.displacement.last()?, motion.velocity.last()?];
-            Some(field.values(ends.map(|end| f64::from(*end))))
-        });
-        let still = found.is_some_and(|found| found.maxima.is_empty());
-        let last = last.filter(|_| still);
-        let now = self.root.at(paths::PORTRAIT_NOW);
-        let look = (style::POLE, 4.0);
-        field
-            .plot
-            .draw_points(rec, &now, at, last.into_iter(), look)?;
-        let words = match (found, motion) {
-            (None, _) => missing,
-            (Some(_), None) => NOT_KEPT,
-            (Some(_), Some(_)) if still => NOTHING_MOVES,
+        let missing = match (point, found) {
+            (None, _) => NOT_DONE,
+            (Some(_), None) => NO_RESPONSE,
             _ => "",
         };
-        self.note(rec, at, paths::PORTRAIT, &field.plot, words)
+        let portrait = phase(found, planes.reach);
+        let motion = found.and_then(|found| found.portrait.as_ref());
+        let note = match found {
+            None => missing,
+            Some(_) if motion.is_none() => NOT_KEPT,
+            Some(found) if found.maxima.is_empty() => NOTHING_MOVES,
+            Some(_) => "",
+        };
+        views
+            .portrait
+            .draw(rec, Some(at), &portrait.with_note(note))?;
+        let section = planes.section.panel(found);
+        let note = match found {
+            Some(found) if found.section.is_empty() => NOTHING_MOVES,
+            _ => missing,
+        };
+        views
+            .section
+            .draw(rec, Some(at), &section.with_note(note))?;
+        let spectrum = spectrum(self.scope, found);
+        let note = match motion {
+            None if found.is_some() => NOT_KEPT,
+            _ => missing,
+        };
+        views
+            .spectrum
+            .draw(rec, Some(at), &spectrum.with_note(note))?;
+        let recurrence = recurrence(found, missing)?;
+        views.recurrence.draw(rec, Some(at), &recurrence)?;
+        self.embedding(rec, at, planes.reach[0], found)?;
+        self.exponents(rec, at, found)
     }
 
     /// Delay vectors of three coordinates, Eq. (25), in a cube.
@@ -224,18 +197,18 @@ impl<'a> Draw<'a> {
         rec: &RecordingStream,
         at: Moment,
         reach: f64,
-        found: Option<&ResponseView>,
+        found: Option<&Response>,
     ) -> Result<(), RecordError> {
         let range = format!("±{}", Quantity::Length.words(reach));
-        let names = portrait::delay_names(self.sweep.letter, &range);
+        let names = portrait::delay_names(self.sweep.letter(), &range);
         portrait::draw_cube(rec, &self.root, at, &names)?;
+        let lag = section_lag(&self.sweep.plan.scene);
         let trail = found.and_then(|found| {
-            let motion = found.motion.as_ref()?;
-            let lag = ((self.sweep.lag / motion.dt).round() as usize).max(1);
-            let u = &motion.displacement[..];
+            let motion = found.portrait.as_ref()?;
+            let lag = ((lag / motion.dt).round() as usize).max(1);
             let unit = |u: f32| u / reach as f32;
             // The newest first in a vector.
-            let points = u.windows(2 * lag + 1);
+            let points = motion.displacement.windows(2 * lag + 1);
             let points = points.map(|w| [w[2 * lag], w[lag], w[0]].map(unit));
             Some((points.collect::<Vec<_>>(), style::regime(found.regime)))
         });
@@ -246,82 +219,11 @@ impl<'a> Draw<'a> {
         stream::log_at(rec, self.root.at(paths::EMBEDDING_TRAIL), at, &lines)
     }
 
-    fn section(
-        &mut self,
-        rec: &RecordingStream,
-        at: Moment,
-        (plot, unit): &(Plot, Unit),
-        found: Option<&ResponseView>,
-        missing: &str,
-    ) -> Result<(), RecordError> {
-        let axes = self.root.at(paths::SECTION_AXES);
-        self.axes[1].draw(rec, &axes, at, plot)?;
-        let points = found.map_or(&[][..], |found| &found.section);
-        let color = found.map_or(style::SIGNAL, |found| style::regime(found.regime));
-        let shown = points.iter().map(|point| point.map(|c| unit.per_si * c));
-        let path = self.root.at(paths::SECTION_POINTS);
-        plot.draw_points(rec, &path, at, shown, (color, 1.8))?;
-        let words = match found {
-            None => missing,
-            Some(_) if points.is_empty() => NOTHING_MOVES,
-            Some(_) => "",
-        };
-        self.note(rec, at, paths::SECTION, plot, words)
-    }
-
-    fn spectrum(
-        &self,
-        rec: &RecordingStream,
-        at: Moment,
-        found: Option<&ResponseView>,
-        missing: &str,
-    ) -> Result<(), RecordError> {
-        let motion = found.and_then(|found| found.motion.as_ref());
-        let (bin, amplitude) = match motion {
-            Some(motion) => thinned(motion.bin, &motion.spectrum),
-            None => (1.0, Vec::new()),
-        };
-        let shown = Spectrum {
-            bin,
-            amplitude: &amplitude,
-            peaks: found.map_or(&[], |found| &found.lines),
-        };
-        let plot = &self.scope.spectrum;
-        spectrum::draw_spectrum(rec, &self.root, plot, at, shown)?;
-        let words = match (found, motion) {
-            (None, _) => missing,
-            (Some(_), None) => NOT_KEPT,
-            _ => "",
-        };
-        self.note(rec, at, paths::SPECTRUM, &plot.plot, words)
-    }
-
-    fn recurrence(
-        &mut self,
-        rec: &RecordingStream,
-        at: Moment,
-        found: Option<&ResponseView>,
-        missing: &str,
-    ) -> Result<(), RecordError> {
-        let Some(found) = found else {
-            return self.recurrence.clear(rec, at, missing);
-        };
-        let Some(plot) = &found.recurrence else {
-            let words = match found.motion {
-                None => NOT_KEPT,
-                Some(_) if found.maxima.is_empty() => NOTHING_MOVES,
-                Some(_) => "too short a motion for it",
-            };
-            return self.recurrence.clear(rec, at, words);
-        };
-        self.recurrence.draw(rec, at, plot)
-    }
-
     fn exponents(
         &self,
         rec: &RecordingStream,
         at: Moment,
-        found: Option<&ResponseView>,
+        found: Option<&Response>,
     ) -> Result<(), RecordError> {
         if self.scope.exponents == 0 {
             return Ok(());
@@ -342,33 +244,87 @@ impl<'a> Draw<'a> {
         let row: Vec<Exponent> = known.chain(unknown).take(self.scope.exponents).collect();
         exponents::log_exponents(rec, &self.root, at, &row)
     }
+}
 
-    /// Says in the middle of a picture why it is empty; no words take them away.
-    fn note(
-        &self,
-        rec: &RecordingStream,
-        at: Moment,
-        picture: &str,
-        plot: &Plot,
-        words: &str,
-    ) -> Result<(), RecordError> {
-        let middle = [0.5 * plot.width, 0.5 * plot.height];
-        let words = Some(words).filter(|words| !words.is_empty());
-        let note = Points2D::new(words.map(|_| middle))
-            .with_labels(words)
-            .with_show_labels(true)
-            .with_colors(words.map(|_| style::POLE))
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, self.root.at(&paths::note(picture)), at, &note)
+/// The maxima at all values, and where there is no response.
+fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
+    let mut panel = plot::maxima(sweep.plan, sweep.points, start);
+    let of_start = sweep
+        .points
+        .iter()
+        .filter(|point| point.place.start == start);
+    let failed = of_start.filter(|point| point.outcome.is_err());
+    let failed: Vec<[f64; 2]> = failed
+        .map(|point| [point.place.values[0], panel.y.range[0]])
+        .collect();
+    if !failed.is_empty() {
+        panel
+            .layers
+            .push(Layer::points(failed, 1.5, Color::Faint).named("no response"));
     }
+    panel
+}
+
+/// The phase plot of a response; what hardly moves is shown by a point.
+fn phase(found: Option<&Response>, reach: [f64; 2]) -> Panel {
+    let motion = found.and_then(|found| found.portrait.as_ref());
+    let trail = motion.map_or_else(Vec::new, samples);
+    let color = found.map_or(Color::Ink, response::color);
+    let mut panel = response::phase(&trail, Some(reach), color);
+    let still = found.is_some_and(|found| found.maxima.is_empty());
+    let last = panel.layers[0].last_point().filter(|_| still);
+    let last = Layer::points(last.into_iter().collect(), 3.3, Color::Ink);
+    panel.layers.push(last.at(paths::NOW));
+    panel
+}
+
+/// The spectrum of a response with as many points as can be told apart.
+fn spectrum(scope: &Scope, found: Option<&Response>) -> Panel {
+    let lines = found.map_or(&[][..], |found| &found.lines);
+    let (bin, amplitude) = match found.and_then(|found| found.portrait.as_ref()) {
+        Some(motion) => thinned(motion.bin, &motion.spectrum),
+        None => (1.0, Vec::new()),
+    };
+    scope.spectrum.panel(bin, &amplitude, lines)
+}
+
+/// The recurrence plot of a response, or why there is none.
+fn recurrence(found: Option<&Response>, missing: &str) -> Result<Panel, RecordError> {
+    // A plot of what does not move would show the rounding of its numbers.
+    let moving = found.filter(|found| !found.maxima.is_empty());
+    let moving = moving.and_then(|found| found.portrait.as_ref());
+    let plot = moving.map(Portrait::recurrence).transpose();
+    let plot = plot.map_err(|error| RecordError::Encode(error.to_string()))?;
+    let plot = plot.flatten();
+    let caption = match (&plot, found) {
+        (Some(plot), _) => recurrence_words(plot),
+        (None, None) => missing.to_owned(),
+        (None, Some(found)) if found.portrait.is_none() => NOT_KEPT.to_owned(),
+        (None, Some(found)) if found.maxima.is_empty() => NOTHING_MOVES.to_owned(),
+        (None, Some(_)) => TOO_SHORT.to_owned(),
+    };
+    Ok(response::recurrence(plot.as_ref(), true).with_caption(caption))
+}
+
+fn recurrence_words(plot: &RecurrenceImage) -> String {
+    let epsilon = match plot.threshold {
+        Some(threshold) => format!("ε = {}", Quantity::Length.words(threshold)),
+        None => "ε of each state its own".to_owned(),
+    };
+    format!(
+        "{:.0} % recurrent, {epsilon}, m = {}, τ = {}",
+        1e2 * plot.rate,
+        plot.dimension,
+        Quantity::Time.words(plot.lag),
+    )
 }
 
 /// A spectrum with fewer points, if it has too many: the least and the largest of so many bins each,
 /// in their order.
-fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f64>) {
+fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f32>) {
     let many = (2 * amplitude.len()).div_ceil(SPECTRUM_POINTS);
     if many <= 2 {
-        return (bin, amplitude.iter().map(|&a| f64::from(a)).collect());
+        return (bin, amplitude.to_vec());
     }
     let pairs = amplitude.chunks(many).flat_map(|bins| {
         let place = |better: fn(f32, f32) -> bool| {
@@ -379,7 +335,7 @@ fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f64>) {
         };
         let (least, largest) = (place(|a, b| a < b), place(|a, b| a > b));
         let [first, second] = [least.min(largest), least.max(largest)];
-        [bins[first], bins[second]].map(f64::from)
+        [bins[first], bins[second]]
     });
     (0.5 * many as f64 * bin, pairs.collect())
 }
@@ -395,7 +351,7 @@ mod tests {
         amplitude[1001] = 1e-6;
         let (bin, thin) = thinned(2.0, &amplitude);
         assert_eq!((bin, thin.len()), (16.0, SPECTRUM_POINTS));
-        assert_eq!((thin[100], thin[125]), (1.0, f64::from(1e-6f32)));
+        assert_eq!((thin[100], thin[125]), (1.0, 1e-6f32));
         let few = thinned(2.0, &amplitude[..SPECTRUM_POINTS]);
         assert_eq!((few.0, few.1.len()), (2.0, SPECTRUM_POINTS));
     }

@@ -4,8 +4,6 @@
 //! as a time; so it counts, in the largest unit in which every value is a whole number: degrees if
 //! all are, else thousandths of them, and so on.
 
-use super::view::ParameterView;
-
 /// Powers of a thousand by which a unit is divided, and what such a part is called.
 const PARTS: [&str; 4] = ["", "thousandths", "millionths", "billionths"];
 /// Units with parts that have a name of their own: the thousandth, the millionth.
@@ -36,17 +34,18 @@ pub struct Ladder {
 }
 
 impl Ladder {
-    /// For these values, rising. Where no unit makes them whole numbers they are just counted.
-    pub fn new(parameter: &ParameterView, values: &[f64]) -> Self {
+    /// For these values, rising, of something that is called so and has a unit. Where no unit makes them
+    /// whole numbers they are just counted.
+    pub fn new(name: &str, unit: &str, values: &[f64]) -> Self {
         let mut divided = (0..).zip(PARTS);
         let found = divided.find_map(|(power, _)| Some((power, ticks(values, power)?)));
         match found {
             Some((power, ticks)) => Self {
-                name: name(parameter, power as usize),
+                name: name_of(name, unit, power as usize),
                 ticks,
             },
             None => Self {
-                name: format!("{}, numbered", parameter.name),
+                name: format!("{name}, numbered"),
                 ticks: (1..).take(values.len()).collect(),
             },
         }
@@ -77,16 +76,12 @@ fn ticks(values: &[f64], power: i32) -> Option<Vec<i64>> {
 }
 
 /// What a timeline counts.
-fn name(parameter: &ParameterView, power: usize) -> String {
-    let ParameterView { name, unit, .. } = parameter;
-    let named = NAMED.iter().find(|(symbol, _)| symbol == unit);
-    let unit = match (
-        named.and_then(|(_, parts)| parts.get(power)),
-        &**unit,
-        power,
-    ) {
+fn name_of(name: &str, unit: &str, power: usize) -> String {
+    let named = NAMED.iter().find(|(symbol, _)| *symbol == unit);
+    let part = named.and_then(|(_, parts)| parts.get(power));
+    let unit = match (part, unit, power) {
         (Some(part), ..) => (*part).to_owned(),
-        (None, "", 0) => return name.clone(),
+        (None, "", 0) => return name.to_owned(),
         (None, unit, 0) => unit.to_owned(),
         (None, "", _) => PARTS[power].to_owned(),
         (None, unit, _) => format!("{} of {unit}", PARTS[power]),
@@ -99,12 +94,7 @@ mod tests {
     use super::*;
 
     fn ladder(unit: &str, values: &[f64]) -> (String, Vec<i64>) {
-        let parameter = ParameterView {
-            name: "load".to_owned(),
-            unit: unit.to_owned(),
-            label: String::new(),
-        };
-        let Ladder { name, ticks } = Ladder::new(&parameter, values);
+        let Ladder { name, ticks } = Ladder::new("load", unit, values);
         (name, ticks)
     }
 

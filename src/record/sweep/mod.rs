@@ -3,13 +3,13 @@
 //! For each way of starting there is a folder of entities, `sweep/up/...`, with the settled motion
 //! at each value of the parameter: portrait, delay vectors, section, recurrence plot, spectrum, exponents,
 //! words; and the bifurcation diagram of all values with a cursor at the present one. Ways of starting
-//! stand side by side, so that hysteresis is seen.
+//! stand side by side, so that hysteresis is seen. The pictures are panels of [`crate::plot`], the same that
+//! figures on disk are made of.
 
 mod draw;
 mod ladder;
 mod scope;
 mod shapes;
-mod view;
 mod words;
 
 #[cfg(test)]
@@ -26,62 +26,106 @@ use super::{
     stream::{Moment, RecordingStream},
     text::{self, Origin},
 };
-use draw::{Draw, Frame};
-pub(super) use ladder::Ladder;
-pub(super) use scope::{Scope, square};
-pub use view::{
-    BodyView, MotionView, ParameterView, PointView, ResponseView, ShapeView, StartView, SweepView,
-    UnstableMode,
+use crate::{
+    joint::BallJoint,
+    study::sweep::{Start, SweepPlan, SweepPoint},
 };
+use draw::Draw;
+pub(super) use draw::{Picture, pictures};
+pub(super) use ladder::Ladder;
+pub(super) use scope::Scope;
 pub(super) use words::title;
 
 /// Application name: not that of runs, whose screen in the viewer is another.
 pub const APPLICATION: &str = "squeakscope-sweep";
 
-/// Saves a recording of a sweep. The file takes its name only when it is whole.
+/// A sweep over one parameter, as far as it has come.
+#[derive(Clone, Copy)]
+pub struct SweepStudy<'a> {
+    /// What is varied.
+    pub plan: &'a SweepPlan,
+    /// The points that are known.
+    pub points: &'a [SweepPoint],
+    /// How the program was started.
+    pub command: &'a str,
+    /// Ball and beam, if their natural modes are to be shown.
+    pub ball: Option<&'a BallJoint>,
+}
+
+impl<'a> SweepStudy<'a> {
+    /// The ways of starting that have points.
+    pub(super) fn starts(&self) -> impl Iterator<Item = Start> + 'a {
+        let points = self.points;
+        let starts = self.plan.starts.iter().copied();
+        starts.filter(move |start| points.iter().any(|point| point.place.start == *start))
+    }
+
+    /// The values of the parameter, in its unit.
+    fn values(&self) -> &'a [f64] {
+        self.plan.axes.first().map_or(&[], |axis| axis.values())
+    }
+
+    /// The point at a value.
+    fn at(&self, start: Start, value: f64) -> Option<&'a SweepPoint> {
+        let is_there =
+            |point: &&SweepPoint| point.place.start == start && point.place.values[0] == value;
+        self.points.iter().find(is_there)
+    }
+
+    /// The letter of the displacement on axes.
+    fn letter(&self) -> &'static str {
+        match self.plan.scene.joint() {
+            Ok(_) => "u",
+            Err(_) => "x",
+        }
+    }
+}
+
+/// Saves a recording of a sweep. The file takes its name only when it is complete.
 ///
 /// # Errors
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
 /// before is then unchanged.
-pub fn save_sweep(path: &Path, sweep: &SweepView) -> Result<(), RecordError> {
+pub fn save_sweep(path: &Path, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
     file_stream::save(path, APPLICATION, |rec| draw(rec, sweep))
 }
 
 /// Logs all of a sweep.
-fn draw(rec: &RecordingStream, sweep: &SweepView) -> Result<(), RecordError> {
+fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
     let scope = Scope::new(sweep);
-    let name = format!("{} over {}", sweep.scene, sweep.parameter.name);
+    let scene = &sweep.plan.scene;
+    let name = format!("{} over {}", scene.name, words::parameter(sweep));
     blueprint::send_sweep(rec, sweep, &scope)?;
     let origin = Origin {
         name: &name,
-        scene: &sweep.scene,
-        scene_text: &sweep.scene_text,
-        command: &sweep.command,
+        scene: &scene.name,
+        scene_text: &scene.text,
+        command: sweep.command,
     };
     text::send_properties(rec, origin)?;
     let about = words::about(sweep, &scope.ladder.name);
     rec.log_static(paths::ABOUT, &text::document(about))?;
-    if let Some(body) = &sweep.body {
-        shapes::draw(rec, body)?;
+    if let Some(ball) = sweep.ball {
+        shapes::draw(rec, ball)?;
     }
-    let mut starts = Vec::new();
-    for start in &sweep.starts {
-        starts.push(Draw::new(rec, sweep, start, &scope)?);
+    let mut draws = Vec::new();
+    for start in sweep.starts() {
+        draws.push(Draw::new(rec, sweep, start, &scope)?);
     }
     let timeline = TimelineName::try_new(&scope.ladder.name)
         .map_err(|error| RecordError::Encode(error.to_string()))?;
-    for (&value, &tick) in sweep.values.iter().zip(&scope.ladder.ticks) {
-        let points = sweep.starts.iter().filter_map(|start| start.at(value));
-        let points: Vec<&PointView> = points.collect();
+    for (&value, &tick) in sweep.values().iter().zip(&scope.ladder.ticks) {
+        let at_value = |point: &&SweepPoint| point.place.values[0] == value;
+        let points: Vec<&SweepPoint> = sweep.points.iter().filter(at_value).collect();
         if points.is_empty() {
             continue;
         }
         let found = points
             .iter()
             .filter_map(|point| point.outcome.as_ref().ok());
-        let frame = Frame::new(&scope, &found.collect::<Vec<_>>());
-        for start in &mut starts {
-            start.draw(rec, Moment::tick(timeline, tick), value, &frame)?;
+        let planes = scope.planes(&found.collect::<Vec<_>>());
+        for draw in &mut draws {
+            draw.draw(rec, Moment::tick(timeline, tick), value, &planes)?;
         }
     }
     Ok(())

@@ -3,15 +3,21 @@
 
 use rerun::{LineStrips3D, Mesh3D, Points3D, Radius};
 
-use super::view::BodyView;
-use crate::pipeline::message::vertex_normals;
-use crate::record::{
-    body::in_single,
-    error::RecordError,
-    paths,
-    stream::RecordingStream,
-    style::{self, ColorMap},
+use crate::{
+    fem::{FamilyMode, ModeKind},
+    joint::BallJoint,
+    pipeline::message::vertex_normals,
+    record::{
+        body::in_single,
+        error::RecordError,
+        paths,
+        stream::RecordingStream,
+        style::{self, ColorMap},
+    },
 };
+
+/// Rings and meridians of the surface.
+const OUTLINE: [usize; 2] = [60, 24];
 
 /// The largest displacement as drawn, mm; that of turning, which would blow up the beam if drawn so large.
 const LARGEST: f64 = 15.0;
@@ -20,24 +26,26 @@ const LARGEST_TURN: f64 = 6.0;
 const APART: f64 = 75.0;
 
 /// Draws all modes; they are the same at every value of the parameter.
-pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
-    let outline = &body.outline;
-    let count = outline.vertices.len();
-    let modes = outline.shapes.len().checked_div(count).unwrap_or(0);
+pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> {
+    let body = ball
+        .body()
+        .map_err(|error| RecordError::Encode(error.to_string()))?;
+    let outline = body.outline(OUTLINE[0], OUTLINE[1]);
+    let families = body.families();
     let map = ColorMap::steel();
     let lowest = outline.vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
     let mut names = Vec::new();
     let mut axes = Vec::new();
-    for (place, mode) in body.modes.iter().enumerate() {
-        let shape = || outline.shapes.iter().skip(mode.mode).step_by(modes);
+    for (place, FamilyMode { mode, name }) in families.iter().enumerate() {
+        let shape = || (0..outline.vertices.len()).map(|vertex| outline.shapes_at(vertex)[*mode]);
         let sizes = shape().map(|u| u.iter().map(|c| c * c).sum::<f64>().sqrt());
         let sizes: Vec<f64> = sizes.collect();
         let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let drawn = match mode.turns {
-            true => LARGEST_TURN,
-            false => LARGEST,
+        let drawn = match body.modes()[*mode].kind {
+            ModeKind::Torsion => LARGEST_TURN,
+            _ => LARGEST,
         };
-        let across = APART * (place as f64 - 0.5 * (body.modes.len() as f64 - 1.0));
+        let across = APART * (place as f64 - 0.5 * (families.len() as f64 - 1.0));
         let vertices: Vec<[f64; 3]> = outline
             .vertices
             .iter()
@@ -59,7 +67,8 @@ pub fn draw(rec: &RecordingStream, body: &BodyView) -> Result<(), RecordError> {
         rec.log_static(paths::mode_shape(place), &mesh)?;
         axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));
         // Labels have one line.
-        let lines = [mode.name.clone(), format!("{:.0} Hz", mode.frequency)];
+        let frequency = ball.frequencies_hz()[*mode];
+        let lines = [name.clone(), format!("{frequency:.0} Hz")];
         for (words, below) in lines.into_iter().zip([1.14, 1.2]) {
             names.push(([across as f32, 0.0, (1e3 * below * lowest) as f32], words));
         }

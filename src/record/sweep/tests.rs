@@ -2,28 +2,39 @@
 
 use super::*;
 use crate::{
-    analysis::{RecurrenceImage, Regime},
-    dynamics::{Exponent, LyapunovSpectrum},
-    pipeline::message::SpectralLine,
-    record::{portrait::Field, tests::read},
+    analysis::{Regime, SpectralLine},
+    dynamics::{Exponent, LyapunovSpectrum, Tally},
+    joint::NamedMode,
+    plot::{
+        Color,
+        response::{common_reach, phase},
+    },
+    record::tests::read,
+    scene::{Parameter, Scene},
+    study::{
+        StabilityAt,
+        response::{Portrait, Response, ResponsePlan},
+        sweep::Axis,
+    },
 };
 
 /// A motion of one frequency, or at rest.
-fn response(regime: Regime, amplitude: f64) -> ResponseView {
+fn response(regime: Regime, amplitude: f64) -> Response {
     let moves = regime != Regime::Silent;
     let wave = |phase: f64| {
         let size = if moves { amplitude } else { 0.0 };
-        let values = (0..400).map(move |k| (size * (0.1 * f64::from(k) + phase).sin()) as f32);
+        let values = (0..1400).map(move |k| (size * (0.1 * f64::from(k) + phase).sin()) as f32);
         values.collect::<Vec<f32>>()
     };
     let exponent = |value: f64, half_width: f64| Exponent { value, half_width };
-    ResponseView {
+    Response {
         transient: 0.06,
         settled: moves,
         regime,
         confidence: 0.9,
         amplitude,
         rms_velocity: 1e4 * amplitude,
+        peak_velocity: 1.4e4 * amplitude,
         maxima: if moves {
             vec![amplitude; 40]
         } else {
@@ -38,6 +49,7 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             amplitude,
             label: "f1".to_owned(),
         }],
+        floor_share: 0.0,
         exponents: Some(LyapunovSpectrum {
             exponents: vec![exponent(12.0, 3.0), exponent(f64::NEG_INFINITY, 0.0)],
             time: 0.2,
@@ -45,80 +57,64 @@ fn response(regime: Regime, amplitude: f64) -> ResponseView {
             resolution: 5.0,
             kaplan_yorke: None,
         }),
-        measures: None,
-        unstable: Some(vec![UnstableMode {
-            label: "2nd bending".to_owned(),
-            frequency: 4090.0,
-            growth: 55.0,
-        }]),
-        motion: Some(MotionView {
+        recurrence: None,
+        recurrence_period: None,
+        linear: Some(StabilityAt {
+            tilt: 0.0,
+            modes: vec![NamedMode {
+                frequency_hz: 4090.0,
+                growth: 55.0,
+                unstable: true,
+                label: "2nd bending".to_owned(),
+            }],
+        }),
+        portrait: Some(Portrait {
             dt: 5e-6,
             displacement: wave(0.0),
             velocity: wave(1.5).iter().map(|v| 1e4 * v).collect(),
             bin: 5.0,
             spectrum: vec![1e-12; 4001],
         }),
-        recurrence: moves.then(|| RecurrenceImage {
-            window: 5e-3,
-            size: 32,
-            distance: vec![100; 1024],
-            recurrent: vec![0; 1024],
-            threshold: Some(1e-7),
-            rate: 0.1,
-            lag: 60e-6,
-            dimension: 5,
-        }),
+        state: Vec::new(),
+        tally: Tally::default(),
+    }
+}
+
+/// Values of 1 to 3 degrees, up and down.
+fn plan() -> SweepPlan {
+    SweepPlan {
+        scene: Scene::load("torus-3deg").unwrap(),
+        axes: vec![Axis::new(Parameter::tilt(), [1.0, 1.5, 2.0, 2.5, 3.0])],
+        starts: vec![Start::Up, Start::Down],
+        response: ResponsePlan::default(),
     }
 }
 
 /// Up: rest, a tone, nothing, not done; down: all of one kind but the last.
-fn sweep() -> SweepView {
-    let point = |value: f64, outcome: Result<ResponseView, &str>| PointView {
-        value,
-        from: Some(value - 0.5).filter(|from| *from >= 1.0),
-        outcome: outcome.map_err(str::to_owned),
-    };
+fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
     let tone = |amplitude| Ok(response(Regime::Periodic, amplitude));
-    let up = vec![
-        point(1.0, Ok(response(Regime::Silent, 1e-11))),
-        point(1.5, tone(1e-6)),
-        point(2.0, Err("it fell over")),
-    ];
-    let down = vec![
-        point(1.0, tone(2e-6)),
-        point(1.5, tone(2e-6)),
-        point(2.0, tone(2e-6)),
-        point(2.5, Ok(response(Regime::Chaotic, 1e-6))),
-    ];
-    let start = |key: &str, points| StartView {
-        key: key.to_owned(),
-        words: format!("continued {key}"),
-        points,
+    let of = |start: Start, value: f64| match (start, value) {
+        (Start::Up, 1.0) => Some(Ok(response(Regime::Silent, 1e-11))),
+        (Start::Up, 1.5) => Some(tone(1e-6)),
+        (Start::Up, 2.0) => Some(Err("it fell over".to_owned())),
+        (Start::Down, 1.0 | 1.5 | 2.0) => Some(tone(2e-6)),
+        (Start::Down, 2.5) => Some(Ok(response(Regime::Chaotic, 1e-6))),
+        _ => None,
     };
-    SweepView {
-        scene: "test".to_owned(),
-        title: "A test".to_owned(),
-        about: "Made up.".to_owned(),
-        scene_text: "duration_ms = 1".to_owned(),
-        command: "squeakscope sweep test".to_owned(),
-        letter: "u",
-        lag: 60e-6,
-        parameter: ParameterView {
-            name: "tilt".to_owned(),
-            unit: "deg".to_owned(),
-            label: "tilt of the load, deg".to_owned(),
-        },
-        values: vec![1.0, 1.5, 2.0, 2.5, 3.0],
-        starts: vec![start("up", up), start("down", down)],
-        body: Some(BodyView {
-            outline: crate::record::demo::joint().outline,
-            modes: vec![ShapeView {
-                name: "1st bending pair".to_owned(),
-                frequency: 1698.0,
-                mode: 0,
-                turns: false,
-            }],
-        }),
+    let places = (0..plan.len()).map(|index| plan.place(index));
+    let points = places.filter_map(|place| {
+        let outcome = of(place.start, place.values[0])?;
+        Some(SweepPoint { place, outcome })
+    });
+    points.collect()
+}
+
+fn study<'a>(plan: &'a SweepPlan, points: &'a [SweepPoint]) -> SweepStudy<'a> {
+    SweepStudy {
+        plan,
+        points,
+        command: "squeakscope sweep test",
+        ball: None,
     }
 }
 
@@ -126,14 +122,21 @@ fn sweep() -> SweepView {
 fn a_recording_holds_every_entity_at_every_value() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.rrd");
-    save_sweep(&path, &sweep()).unwrap();
+    let plan = plan();
+    let points = points(&plan);
+    let ball = BallJoint::new(&plan.scene.joint().unwrap().spec).unwrap();
+    let sweep = SweepStudy {
+        ball: Some(&ball),
+        ..study(&plan, &points)
+    };
+    save_sweep(&path, &sweep).unwrap();
     let (entities, blueprint) = read(&path, "tilt, mdeg");
     assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
     for start in ["up", "down"] {
         let root = paths::Root::of_start(start);
         for path in [
             paths::POINT_WORDS,
-            paths::DIAGRAM_CURSOR,
+            "diagram/cursor",
             paths::PORTRAIT_TRAIL,
             paths::PORTRAIT_NOW,
             paths::EMBEDDING_TRAIL,
@@ -145,20 +148,20 @@ fn a_recording_holds_every_entity_at_every_value() {
             paths::RECURRENCE_CAPTION,
             paths::EXPONENTS_RUNNING,
             paths::EXPONENTS_ZERO,
-            &paths::note(paths::PORTRAIT),
-            &paths::note(paths::SECTION),
-            &paths::note(paths::SPECTRUM),
+            "portrait/note",
+            "section/note",
+            "spectrum/note",
         ] {
             let entity = &entities[&root.at(path)];
             // At 3 deg there is no point at all.
             assert_eq!(entity.rows, 4, "{path}");
             assert_eq!(entity.range, Some((1000, 2500)), "{path}");
         }
-        for path in [paths::DIAGRAM_POINTS, paths::DIAGRAM_KEY] {
+        for path in ["diagram/points", "diagram/key"] {
             assert_eq!(entities[&root.at(path)].rows, 0, "{path} is static");
         }
         for axes in [
-            paths::DIAGRAM_AXES,
+            "diagram/axes",
             paths::PORTRAIT_AXES,
             paths::SECTION_AXES,
             paths::SPECTRUM_AXES,
@@ -186,11 +189,11 @@ fn a_recording_holds_every_entity_at_every_value() {
 
 #[test]
 fn what_is_not_there_is_told() {
-    let sweep = sweep();
-    let [up, down] = &sweep.starts[..] else {
-        panic!("two starts");
-    };
-    let told = |start: &StartView, value| words::point(&sweep, start, value, start.at(value));
+    let plan = plan();
+    let points = points(&plan);
+    let sweep = study(&plan, &points);
+    let [up, down] = [Start::Up, Start::Down];
+    let told = |start, value| words::point(&sweep, start, value, sweep.at(start, value));
     let tone = told(up, 1.5);
     for part in [
         "## Tilt 1.5 deg",
@@ -219,40 +222,85 @@ fn what_is_not_there_is_told() {
 
 #[test]
 fn points_at_a_value_share_their_scales() {
-    let sweep = sweep();
-    let scope = Scope::new(&sweep);
-    let found = |value: f64| -> Vec<&ResponseView> {
-        let points = sweep.starts.iter().filter_map(|start| start.at(value));
+    let plan = plan();
+    let points = points(&plan);
+    let scope = Scope::new(&study(&plan, &points));
+    let found = |value: f64| -> Vec<&Response> {
+        let points = points.iter().filter(|point| point.place.values[0] == value);
         points
             .filter_map(|point| point.outcome.as_ref().ok())
             .collect()
     };
-    let ends = |value: f64| Field::new(scope.reach(&found(value))).plot.x.high;
+    let ends = |value: f64| {
+        let reach = scope.planes(&found(value)).reach;
+        phase(&[], Some(reach), Color::Ink).x.range[1]
+    };
     assert_eq!((ends(1.0), ends(2.5)), (3.0, 1.5));
     // Silence is drawn small: a hundredth of the largest motion, in nm.
     assert!((ends(3.0) - 30.0).abs() < 1e-9, "{}", ends(3.0));
+    assert_eq!(common_reach(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
     // Tones are points: the field is no smaller than a share of the motion.
-    let (plot, unit) = scope.section(&found(1.0));
-    assert_eq!(unit.symbol, "µm");
-    assert!(plot.x.low < -2.0 && plot.x.high > -1.8 && plot.x.high - plot.x.low > 0.5);
+    let section = scope.planes(&found(1.0)).section.panel(None);
+    let [low, high] = section.x.range;
+    assert_eq!(section.x.unit, "µm");
+    assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
     assert_eq!(scope.exponents, 2);
     let [low, high] = scope.exponent_range;
     assert!(low < -1.0 && (15.0..20.0).contains(&high));
-    assert_eq!(scope.spectrum.plot.x.high, 5.0);
+    assert_eq!(scope.spectrum.panel(1.0, &[], &[]).x.range[1], 5.0);
     // With nothing at all there still is a plot.
-    let none = SweepView {
-        values: Vec::new(),
-        starts: Vec::new(),
-        ..sweep.clone()
+    let nothing = study(&plan, &[]);
+    let empty = Scope::new(&nothing);
+    let [diagram, ..] = pictures(&nothing, Start::Up, &empty);
+    assert!(diagram.2.x[0] < diagram.2.x[1]);
+    assert!(empty.planes(&[]).section.panel(None).x.range[0] < 0.0);
+}
+
+#[test]
+fn parameters_have_names_without_units() {
+    let name = |parameter: Parameter| {
+        let plan = SweepPlan {
+            axes: vec![Axis::new(parameter, [1.0, 2.0])],
+            ..plan()
+        };
+        words::parameter(&study(&plan, &[]))
     };
-    let empty = Scope::new(&none);
-    assert!(empty.diagram.0.x.low < empty.diagram.0.x.high);
-    assert!(empty.section(&[]).0.x.low < 0.0);
+    assert_eq!(name(Parameter::tilt()), "tilt");
+    let of = |path: &str| name(Parameter::named(path).unwrap());
+    assert_eq!(of("load.load_n"), "load");
+    assert_eq!(of("stiffness_factor"), "stiffness factor");
+    assert_eq!(of("socket.diameter_mm"), "diameter");
+}
+
+#[test]
+fn starts_without_points_are_left_out() {
+    let plan = plan();
+    let points = points(&plan);
+    let up: Vec<SweepPoint> = points
+        .into_iter()
+        .filter(|point| point.place.start == Start::Up)
+        .collect();
+    let sweep = study(&plan, &up);
+    assert_eq!(sweep.starts().collect::<Vec<_>>(), [Start::Up]);
+    let told = words::point(&sweep, Start::Up, 2.0, sweep.at(Start::Up, 2.0));
+    assert!(told.contains("settled state at 1.5 deg"));
+    // Where the neighbour has no response, a point is started by the kick.
+    let failed = |index: usize| SweepPoint {
+        place: plan.place(index),
+        outcome: Err("it fell over".to_owned()),
+    };
+    let failed = [failed(0), failed(1)];
+    let sweep = study(&plan, &failed);
+    let second = words::point(&sweep, Start::Up, 1.5, failed.get(1));
+    assert!(second.contains("own kick"), "{second}");
+    assert_eq!((sweep.values().len(), sweep.letter()), (5, "u"));
 }
 
 #[test]
 fn a_recording_that_cannot_be_written_is_told() {
     let folder = tempfile::tempdir().unwrap();
-    let error = save_sweep(folder.path(), &sweep()).unwrap_err();
+    let plan = plan();
+    let points = points(&plan);
+    let error = save_sweep(folder.path(), &study(&plan, &points)).unwrap_err();
     assert!(matches!(error, RecordError::Create { .. }), "{error}");
 }

@@ -2,21 +2,53 @@
 
 use std::fmt::Write as _;
 
-use super::view::{ParameterView, PointView, ResponseView, StartView, SweepView};
+use super::SweepStudy;
 use crate::{
-    VERSION, escape,
+    VERSION, escape, plot,
     record::{
         RERUN_VERSION, exponents,
         style::{Quantity, capital, short},
+    },
+    study::{
+        response::{Response, section_lag},
+        sweep::{Shard, Start, SweepPoint},
     },
 };
 
 /// Lines of a spectrum that are told.
 const LINES: usize = 8;
 
+/// The last part of the path of the swept parameter without its unit, as words: `load.tilt_deg` is `tilt`.
+pub fn parameter(sweep: &SweepStudy<'_>) -> String {
+    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
+    let path = parameter.map_or("", |parameter| parameter.path());
+    let key = path.rsplit('.').next().unwrap_or(path);
+    let unit = unit(sweep).to_lowercase().replace('/', "_per_");
+    let bare = key.strip_suffix(&unit).filter(|_| !unit.is_empty());
+    let bare = bare.and_then(|bare| bare.strip_suffix('_'));
+    bare.unwrap_or(key).replace('_', " ")
+}
+
+/// The unit of the swept parameter; empty for a number.
+pub fn unit(sweep: &SweepStudy<'_>) -> &'static str {
+    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
+    parameter.map_or("", |parameter| parameter.unit())
+}
+
+/// The value from whose settled state a point was started; `None` if from the scene's own kick.
+fn origin(sweep: &SweepStudy<'_>, point: &SweepPoint) -> Option<f64> {
+    let chains = sweep.plan.chains(Shard::WHOLE);
+    let mut pairs = chains.iter().flat_map(|chain| chain.windows(2));
+    let before = pairs.find(|pair| pair[1] == point.place.index)?[0];
+    // Where there was no response there was no state to go on from.
+    let known = sweep.points.iter().filter(|point| point.outcome.is_ok());
+    let mut known = known.filter(|point| point.place.index == before);
+    known.next().map(|point| point.place.values[0])
+}
+
 /// A value with its unit.
-fn with_unit(parameter: &ParameterView, value: f64) -> String {
-    let unit = match &*parameter.unit {
+fn with_unit(sweep: &SweepStudy<'_>, value: f64) -> String {
+    let unit = match unit(sweep) {
         "um" => "µm",
         "us" => "µs",
         unit => unit,
@@ -26,31 +58,30 @@ fn with_unit(parameter: &ParameterView, value: f64) -> String {
 }
 
 /// What the way of starting is called where it is a title.
-pub fn title(start: &StartView) -> String {
-    capital(&start.words)
+pub fn title(start: Start) -> String {
+    capital(plot::words(start))
 }
 
 /// All about the point at a value.
 pub fn point(
-    sweep: &SweepView,
-    start: &StartView,
+    sweep: &SweepStudy<'_>,
+    start: Start,
     value: f64,
-    point: Option<&PointView>,
+    point: Option<&SweepPoint>,
 ) -> String {
-    let parameter = &sweep.parameter;
     let head = format!(
         "## {name} {value}\n\n*{words}*\n\n",
-        name = capital(&parameter.name),
-        value = with_unit(parameter, value),
-        words = capital(&start.words),
+        name = capital(&parameter(sweep)),
+        value = with_unit(sweep, value),
+        words = title(start),
     );
     let Some(point) = point else {
         return format!("{head}**Not computed yet.** The sweep goes on with `--resume`.\n");
     };
-    let from = match point.from {
+    let from = match origin(sweep, point) {
         Some(from) => format!(
             "Started from the settled state at {}.",
-            with_unit(parameter, from)
+            with_unit(sweep, from)
         ),
         None => "Started from the scene's own kick.".to_owned(),
     };
@@ -63,7 +94,7 @@ pub fn point(
     }
 }
 
-fn response(found: &ResponseView, from: &str) -> String {
+fn response(found: &Response, from: &str) -> String {
     let settled = match found.settled {
         true => format!("Settled after {}.", Quantity::Time.words(found.transient)),
         false => format!(
@@ -82,7 +113,7 @@ fn response(found: &ResponseView, from: &str) -> String {
     lines(&mut text, found);
     lyapunov(&mut text, found);
     modes(&mut text, found);
-    if let Some(measures) = &found.measures {
+    if let Some(measures) = &found.recurrence {
         let share = |share: Option<f64>| share.map_or("–".to_owned(), |s| format!("{s:.3}"));
         let _ = write!(
             text,
@@ -96,7 +127,7 @@ fn response(found: &ResponseView, from: &str) -> String {
 }
 
 /// The lines of the spectrum. Writing to a string cannot fail.
-fn lines(text: &mut String, found: &ResponseView) {
+fn lines(text: &mut String, found: &Response) {
     if found.lines.is_empty() {
         text.push_str("No line in the spectrum.\n\n");
         return;
@@ -122,7 +153,7 @@ fn lines(text: &mut String, found: &ResponseView) {
 }
 
 /// The exponents with their intervals, and what they say.
-fn lyapunov(text: &mut String, found: &ResponseView) {
+fn lyapunov(text: &mut String, found: &Response) {
     let Some(spectrum) = &found.exponents else {
         return;
     };
@@ -144,24 +175,24 @@ fn lyapunov(text: &mut String, found: &ResponseView) {
 }
 
 /// The unstable modes.
-fn modes(text: &mut String, found: &ResponseView) {
-    match found.unstable.as_deref() {
-        None => {}
-        Some([]) => text.push_str("Steady sliding is stable here.\n\n"),
-        Some(modes) => {
-            text.push_str("| unstable mode | Hz | growth, 1/s |\n|---|---|---|\n");
-            for mode in modes {
-                let _ = writeln!(
-                    text,
-                    "| {} | {:.1} | {} |",
-                    mode.label,
-                    mode.frequency,
-                    short(mode.growth)
-                );
-            }
-            text.push('\n');
-        }
+fn modes(text: &mut String, found: &Response) {
+    let Some(linear) = &found.linear else {
+        return;
+    };
+    if linear.unstable().next().is_none() {
+        return text.push_str("Steady sliding is stable here.\n\n");
     }
+    text.push_str("| unstable mode | Hz | growth, 1/s |\n|---|---|---|\n");
+    for mode in linear.unstable() {
+        let _ = writeln!(
+            text,
+            "| {} | {:.1} | {} |",
+            mode.label,
+            mode.frequency_hz,
+            short(mode.growth)
+        );
+    }
+    text.push('\n');
 }
 
 /// How to read the views.
@@ -180,46 +211,38 @@ have one for all values.
 ";
 
 /// The sweep as a whole.
-pub fn about(sweep: &SweepView, timeline: &str) -> String {
-    let starts: String = sweep
-        .starts
-        .iter()
-        .map(|start| format!(" {} |", start.key))
-        .collect();
-    let rule = "---|".repeat(sweep.starts.len() + 1);
-    let rows: String = sweep
-        .values
-        .iter()
-        .map(|&value| {
-            let kinds: String = sweep
-                .starts
-                .iter()
-                .map(|start| format!(" {} |", kind(start.at(value))))
-                .collect();
-            format!("| {value} |{kinds}\n")
-        })
-        .collect();
+pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
+    let scene = &sweep.plan.scene;
+    let starts: String = sweep.starts().map(|start| format!(" {start} |")).collect();
+    let rule = "---|".repeat(sweep.starts().count() + 1);
+    let row = |&value: &f64| {
+        let kinds = sweep.starts().map(|start| kind(sweep.at(start, value)));
+        let kinds: String = kinds.map(|kind| format!(" {kind} |")).collect();
+        format!("| {value} |{kinds}\n")
+    };
+    let rows: String = sweep.values().iter().map(row).collect();
+    let axis = sweep.plan.axes.first();
     format!(
-        "# {scene} over {name}\n\n\
+        "# {scene_name} over {name}\n\n\
          The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
          {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
          An asterisk: not settled. τ = {lag} in sections.\n\n\
-         ## Scene {scene}: {title}\n\n{about}\n\n{text}\n\n\
+         ## Scene {scene_name}: {title}\n\n{about}\n\n{text}\n\n\
          squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
-        title = escape::markdown(&sweep.title),
-        about = sweep.about,
-        name = sweep.parameter.name,
-        label = sweep.parameter.label,
-        lag = Quantity::Time.words(sweep.lag),
-        scene = escape::code(&sweep.scene),
-        text = escape::block("toml", &sweep.scene_text),
-        command = escape::code(&sweep.command),
+        title = escape::markdown(&scene.title),
+        about = scene.about,
+        name = parameter(sweep),
+        label = axis.map_or_else(String::new, |axis| axis.label()),
+        lag = Quantity::Time.words(section_lag(scene)),
+        scene_name = escape::code(&scene.name),
+        text = escape::block("toml", &scene.text),
+        command = escape::code(sweep.command),
     )
 }
 
 /// The kind of motion of a point in a word.
-fn kind(point: Option<&PointView>) -> String {
+fn kind(point: Option<&SweepPoint>) -> String {
     match point.map(|point| &point.outcome) {
         None => "–".to_owned(),
         Some(Err(_)) => "no response".to_owned(),

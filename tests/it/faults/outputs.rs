@@ -58,7 +58,7 @@ const OUTPUTS: &[(&str, &str)] = &[
 /// Each directory of each command, and a file that it would write there.
 const DIRECTORIES: &[(&str, &str)] = &[
     ("lyapunov --until 100 --png %", "lyapunov.png"),
-    ("sweep --figures %", "bifurcation-up.svg"),
+    ("sweep --figures %", "bifurcation.svg"),
     ("basins --figures %", "basins.png"),
     ("paper --out %", "figure-11.svg"),
     ("paper --out %", "sweep.csv"),

@@ -1,0 +1,324 @@
+//! Axes: what they measure, how values map, where ticks stand and what they say.
+
+use crate::analysis::range;
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// What it measures; may be empty.
+    pub name: String,
+    /// Unit; empty for a number.
+    pub unit: String,
+    /// Smallest and largest value on show.
+    pub range: [f64; 2],
+    /// How values map.
+    pub scale: Scale,
+}
+
+/// How values map to places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// In proportion.
+    Linear,
+    /// In proportion, with ticks at whole numbers only.
+    Whole,
+    /// By the logarithm; values must be positive.
+    Logarithmic,
+    /// In proportion, without ticks.
+    Hidden,
+}
+
+/// Most ticks at 1, 2 and 5 times powers of ten.
+const MOST_ROUND: usize = 9;
+
+impl Axis {
+    /// An axis in proportion over a range. `name` is the name, and after a comma the unit. A range that is
+    /// empty or not finite is widened to something that can be drawn.
+    pub fn linear(name: impl AsRef<str>, range: [f64; 2]) -> Self {
+        let (name, unit) = name
+            .as_ref()
+            .rsplit_once(", ")
+            .unwrap_or((name.as_ref(), ""));
+        Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            range: drawable(range),
+            scale: Scale::Linear,
+        }
+    }
+
+    /// An axis that counts from 1, with room for the first and the last.
+    pub fn counting(name: impl AsRef<str>, count: usize) -> Self {
+        Self {
+            scale: Scale::Whole,
+            ..Self::linear(name, [0.5, count.max(1) as f64 + 0.5])
+        }
+    }
+
+    /// An axis that is not drawn.
+    pub fn hidden(range: [f64; 2]) -> Self {
+        Self {
+            scale: Scale::Hidden,
+            ..Self::linear("", range)
+        }
+    }
+
+    /// A logarithmic axis between positive values.
+    pub fn logarithmic(name: impl AsRef<str>, range: [f64; 2]) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::linear(name, range)
+        }
+    }
+
+    /// A logarithmic axis from `10^low` to `10^high`.
+    pub fn decades(name: impl AsRef<str>, [low, high]: [i32; 2]) -> Self {
+        Self::logarithmic(name, [10f64.powi(low), 10f64.powi(high.max(low + 1))])
+    }
+
+    /// A logarithmic axis from and to 1, 2 or 5 times a power of ten, as close as it may be round some
+    /// positive values.
+    pub fn closely(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
+        let [low, high] = match range(values.filter(|value| *value > 0.0)) {
+            [low, high] if low < high => [low, high],
+            [only, same] if only == same => [0.7 * only, 1.5 * only],
+            _ => [0.1, 1.0],
+        };
+        let round = round_numbers(low, high);
+        let below = round.iter().rfind(|value| **value <= low * (1.0 + 1e-9));
+        let above = round.iter().find(|value| **value >= high * (1.0 - 1e-9));
+        let ends = [*below.unwrap_or(&low), *above.unwrap_or(&high)];
+        Self::logarithmic(name, ends)
+    }
+
+    /// An axis in proportion that shows all `values` with a margin.
+    pub fn around(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
+        let [low, high] = extent(values);
+        let margin = 0.05 * (high - low);
+        Self::linear(name, [low - margin, high + margin])
+    }
+
+    /// Name and unit.
+    pub fn label(&self) -> String {
+        match (&*self.name, &*self.unit) {
+            (name, "") => name.to_owned(),
+            ("", unit) => unit.to_owned(),
+            (name, unit) => format!("{name}, {unit}"),
+        }
+    }
+
+    /// Where a value lies: 0 at the lower end, 1 at the upper. Not finite for one that has no place.
+    pub fn share(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        match self.scale {
+            Scale::Linear | Scale::Whole | Scale::Hidden => (value - low) / (high - low),
+            Scale::Logarithmic => {
+                let value = value.max(f64::MIN_POSITIVE);
+                (value / low).ln() / (high / low).ln()
+            }
+        }
+    }
+
+    /// Round values within the range, about `most` of them at the most.
+    pub fn ticks(&self, most: usize) -> Vec<f64> {
+        let [low, high] = self.range;
+        let rough = (high - low) / most.max(1) as f64;
+        match self.scale {
+            Scale::Hidden => Vec::new(),
+            Scale::Linear => multiples(low, high, round_step(rough, &[1.0, 2.0, 2.5, 5.0])),
+            Scale::Whole => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
+            Scale::Logarithmic => {
+                let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
+                let mut ticks: Vec<f64> = round_numbers(low, high)
+                    .into_iter()
+                    .filter(inside)
+                    .collect();
+                if ticks.len() > most.min(MOST_ROUND) {
+                    ticks.retain(|tick| is_power_of_ten(*tick));
+                }
+                let step = ticks.len().div_ceil(most.max(1)).max(1);
+                ticks.into_iter().step_by(step).collect()
+            }
+        }
+    }
+
+    /// What stands at ticks. On a logarithmic axis all are powers of ten, unless all read well as they are.
+    pub fn labels(&self, ticks: &[f64]) -> Vec<String> {
+        let plain = ticks.iter().all(|tick| (1e-2..=1e4).contains(tick));
+        let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
+        let largest = self.range[0].abs().max(self.range[1].abs());
+        let label = |tick: &f64| match self.scale {
+            Scale::Logarithmic if powers && !plain => power_of_ten(*tick),
+            Scale::Logarithmic if *tick < 1e-2 || *tick >= 1e6 => scientific(*tick),
+            Scale::Logarithmic => trimmed(*tick, 3),
+            _ if *tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(*tick),
+            _ => trimmed(*tick, decimals(self.range)),
+        };
+        ticks.iter().map(label).collect()
+    }
+}
+
+/// 1, 2 and 5 times powers of ten that enclose two positive values, rising.
+fn round_numbers(low: f64, high: f64) -> Vec<f64> {
+    let powers = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
+    let round = powers.flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
+    round.collect()
+}
+
+/// The smallest of the `digits` times a power of ten that is not below a value.
+fn round_step(least: f64, digits: &[f64]) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    let digits = digits.iter().chain(&[10.0]);
+    let mut steps = digits.map(|digit| digit * decade);
+    steps
+        .find(|step| *step >= least * (1.0 - 1e-9))
+        .unwrap_or(least)
+}
+
+/// The smallest round number (1, 1.5, 2, 3, 4, 5, 6 or 8 times a power of ten) that is not below
+/// `x` (positive).
+pub fn round_up(x: f64) -> f64 {
+    round_step(x, &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0])
+}
+
+fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
+    (first..=last).map(|k| k as f64 * step).collect()
+}
+
+/// Decimals that tell values of a range apart.
+fn decimals([low, high]: [f64; 2]) -> usize {
+    (2.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize
+}
+
+/// A number without trailing zeros.
+fn trimmed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let text = match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.'),
+        false => &text,
+    };
+    let text = if text == "-0" { "0" } else { text };
+    text.replace('-', "−")
+}
+
+fn scientific(value: f64) -> String {
+    format!("{value:.1e}").replace(".0e", "e").replace('-', "−")
+}
+
+/// Whether a positive value is one.
+fn is_power_of_ten(value: f64) -> bool {
+    let exponent = value.log10();
+    (exponent - exponent.round()).abs() < 1e-9
+}
+
+/// A power of ten, such as `10⁻³`.
+fn power_of_ten(value: f64) -> String {
+    let exponent = format!("{:.0}", value.log10());
+    let raised = exponent.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    format!("10{}", raised.collect::<String>())
+}
+
+/// The smallest and the largest of the finite values; 0 and 1 if there is none.
+pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let [low, high] = range(values.filter(|v| v.is_finite()));
+    if low <= high { [low, high] } else { [0.0, 1.0] }
+}
+
+/// Whole decades round some positive values, at least one.
+pub fn decades(values: impl Iterator<Item = f64>) -> [i32; 2] {
+    let [low, high] = range(values.filter(|v| *v > 0.0).map(f64::log10));
+    if low > high {
+        return [-1, 0];
+    }
+    let ends = [low, high].map(|end| end.clamp(-300.0, 300.0));
+    let [low, high] = [ends[0].floor() as i32, ends[1].ceil() as i32];
+    [low, high.max(low + 1)]
+}
+
+fn drawable([low, high]: [f64; 2]) -> [f64; 2] {
+    let usable = low.is_finite() && high.is_finite() && low <= high;
+    let [low, high] = if usable { [low, high] } else { [0.0, 1.0] };
+    let least = 1e-9 * low.abs().max(high.abs());
+    if high - low > least {
+        return [low, high];
+    }
+    let half = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+    [low - half, high + half]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_can_always_be_drawn() {
+        for range in [[0.0, 0.0], [3.0, 3.0], [f64::NAN, 1.0], [2.0, -2.0]] {
+            let axis = Axis::linear("x", range);
+            assert!(axis.range[1] > axis.range[0], "{range:?}");
+        }
+        assert_eq!(Axis::around("x", [].into_iter()).range, [-0.05, 1.05]);
+        assert_eq!(Axis::decades("x", [2, 2]).range, [100.0, 1000.0]);
+    }
+
+    #[test]
+    fn names_have_units() {
+        let axis = Axis::linear("tilt of the load, deg", [0.0, 1.0]);
+        assert_eq!((&*axis.name, &*axis.unit), ("tilt of the load", "deg"));
+        assert_eq!(axis.label(), "tilt of the load, deg");
+        assert_eq!(Axis::linear("p", [0.0, 1.0]).label(), "p");
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let ticks = |range, most| Axis::linear("x", range).ticks(most);
+        assert_eq!(ticks([0.0, 15.0], 5), [0.0, 5.0, 10.0, 15.0]);
+        assert_eq!(ticks([-2.0, 2.0], 4), [-2.0, -1.0, 0.0, 1.0, 2.0]);
+        assert_eq!(Axis::counting("k", 3).ticks(8), [1.0, 2.0, 3.0]);
+        assert_eq!(Axis::counting("k", 22).ticks(8).len(), 4);
+        assert_eq!(Axis::decades("x", [-4, 1]).ticks(9).len(), 6);
+        assert_eq!(Axis::decades("x", [-16, 0]).ticks(9).len(), 9);
+        let close = Axis::closely("calls", [1600.0, 40e3].into_iter());
+        assert_eq!(close.range, [1e3, 5e4]);
+        assert_eq!(close.ticks(9), [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
+        let close = Axis::closely("calls", [30.0, 3e5].into_iter());
+        assert_eq!(close.ticks(9), [1e2, 1e3, 1e4, 1e5]);
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let label = |tick, range| Axis::linear("x", range).labels(&[tick]).concat();
+        assert_eq!(label(0.5, [0.0, 1.0]), "0.5");
+        assert_eq!(label(-20.0, [-40.0, 0.0]), "−20");
+        assert_eq!(label(-1e-17, [-1.0, 1.0]), "0");
+        assert_eq!(label(2e-7, [0.0, 1e-6]), "2e−7");
+        assert_eq!(label(1000.0, [0.0, 4000.0]), "1000");
+        let powers = |ends, ticks: &[f64]| Axis::decades("x", ends).labels(ticks);
+        assert_eq!(powers([-6, 0], &[1e-3, 1.0]), ["10⁻³", "10⁰"]);
+        assert_eq!(powers([0, 12], &[1e10]), ["10¹⁰"]);
+        assert_eq!(powers([-1, 2], &[0.1, 100.0]), ["0.1", "100"]);
+        assert_eq!(powers([3, 5], &[2e3, 5e4]), ["2000", "50000"]);
+    }
+
+    #[test]
+    fn decades_hold_all_values() {
+        assert_eq!(decades([0.02, 3.0].into_iter()), [-2, 1]);
+        assert_eq!(decades([1.0].into_iter()), [0, 1]);
+        assert_eq!(decades([].into_iter()), [-1, 0]);
+    }
+
+    #[test]
+    fn values_have_their_share_of_an_axis() {
+        assert_eq!(Axis::linear("x", [0.0, 10.0]).share(5.0), 0.5);
+        let log = Axis::decades("x", [-2, 1]);
+        assert!((log.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
+        assert!(log.share(-1.0) < 0.0 && log.share(0.0).is_finite());
+    }
+}

@@ -1,0 +1,167 @@
+//! Colours by their meaning: each stands for one thing in all figures and recordings.
+//!
+//! Types of motion have strong hues that people with any kind of colour vision tell apart (after Okabe
+//! and Ito 2008), exponents are violet, the larger the stronger, and what is neither (families of
+//! settings, measures, modes) has muted hues (after Tol 2021).
+
+use crate::analysis::Regime;
+
+/// Red, green, blue.
+pub type Rgb = [u8; 3];
+
+/// What a colour stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Color {
+    /// Text, zero lines, and lines that need no colour.
+    Ink,
+    /// Names of axes, and what is less important.
+    Faint,
+    /// What is in the background.
+    Pale,
+    /// The grid.
+    Grid,
+    /// What was chosen or found: lines of a spectrum, the chosen delay.
+    Accent,
+    /// A type of motion.
+    Regime(Regime),
+    /// A Lyapunov exponent by its number, from 0.
+    Exponent(usize),
+    /// One of several series by its number, from 0.
+    Series(usize),
+}
+
+/// Series in turn, on a light and on a dark background.
+const SERIES: [[Rgb; 2]; 7] = [
+    [[51, 34, 136], [143, 162, 230]],
+    [[17, 119, 51], [125, 200, 140]],
+    [[204, 102, 119], [232, 138, 155]],
+    [[68, 170, 153], [94, 206, 196]],
+    [[136, 34, 85], [205, 120, 165]],
+    [[153, 153, 51], [205, 205, 110]],
+    [[136, 204, 238], [178, 224, 246]],
+];
+
+/// Exponents in turn, the largest first, on a light and on a dark background.
+const EXPONENTS: [[Rgb; 2]; 5] = [
+    [[63, 0, 125], [232, 200, 255]],
+    [[150, 70, 200], [186, 120, 240]],
+    [[205, 160, 230], [130, 85, 185]],
+    [[110, 95, 125], [160, 150, 180]],
+    [[185, 175, 195], [105, 95, 125]],
+];
+
+impl Color {
+    /// The colour on a white background.
+    pub fn on_light(self) -> Rgb {
+        match self {
+            Self::Ink => [38, 42, 48],
+            Self::Faint => [110, 116, 124],
+            Self::Pale => [214, 218, 223],
+            Self::Grid => [232, 234, 237],
+            Self::Accent => [190, 20, 80],
+            Self::Regime(regime) => match regime {
+                Regime::Silent => [205, 209, 214],
+                Regime::Periodic => [0, 114, 178],
+                Regime::QuasiPeriodic => [0, 158, 115],
+                Regime::Chaotic => [213, 94, 0],
+                Regime::Transient => [240, 190, 30],
+                Regime::Noise => [120, 85, 60],
+                Regime::Unsure => [150, 155, 162],
+            },
+            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][0],
+            Self::Series(k) => SERIES[k % SERIES.len()][0],
+        }
+    }
+
+    /// The colour on a dark background, such as that of the Rerun viewer.
+    pub fn on_dark(self) -> Rgb {
+        match self {
+            Self::Ink => [244, 246, 248],
+            Self::Faint => [154, 164, 178],
+            Self::Pale => [85, 95, 109],
+            Self::Grid => [46, 52, 61],
+            Self::Accent => [255, 105, 145],
+            Self::Regime(regime) => match regime {
+                Regime::Silent => [90, 102, 120],
+                Regime::Periodic => [86, 180, 233],
+                Regime::QuasiPeriodic => [76, 208, 158],
+                Regime::Chaotic => [255, 140, 66],
+                Regime::Transient => [245, 199, 74],
+                Regime::Noise => [190, 150, 120],
+                Regime::Unsure => [154, 164, 178],
+            },
+            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][1],
+            Self::Series(k) => SERIES[k % SERIES.len()][1],
+        }
+    }
+}
+
+/// Colours of a magnitude, 256 from pale to dark (the reversed "magma" of matplotlib, by its nodes).
+pub fn magnitudes() -> Vec<Rgb> {
+    const NODES: [Rgb; 9] = [
+        [252, 253, 191],
+        [254, 194, 135],
+        [251, 135, 97],
+        [229, 80, 100],
+        [181, 54, 122],
+        [129, 37, 129],
+        [79, 18, 123],
+        [28, 16, 68],
+        [0, 0, 4],
+    ];
+    let color = |k: usize| {
+        let at = k as f64 / 255.0 * (NODES.len() - 1) as f64;
+        let node = (at as usize).min(NODES.len() - 2);
+        let part = at - node as f64;
+        std::array::from_fn(|c| {
+            let [low, high] = [NODES[node][c], NODES[node + 1][c]].map(f64::from);
+            (low + part * (high - low)).round() as u8
+        })
+    };
+    (0..256).map(color).collect()
+}
+
+/// The place of a share, 0 to 1, among [`magnitudes`].
+pub fn magnitude(share: f64) -> u8 {
+    // A cast saturates, and takes not-a-number to 0.
+    (255.0 * share).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_colour_means_one_thing() {
+        let regimes = Regime::ALL.map(Color::Regime).into_iter();
+        let exponents = (0..EXPONENTS.len()).map(Color::Exponent);
+        let series = (0..SERIES.len()).map(Color::Series);
+        let all: Vec<Color> = regimes.chain(exponents).chain(series).collect();
+        let all: Vec<Color> = all.into_iter().chain([Color::Accent]).collect();
+        for on in [Color::on_light, Color::on_dark] {
+            for (k, one) in all.iter().enumerate() {
+                for other in &all[..k] {
+                    let pairs = on(*one).into_iter().zip(on(*other));
+                    let apart: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(b))).sum();
+                    assert!(apart > 30, "{one:?} and {other:?} differ by {apart}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn magnitudes_darken() {
+        let light = |c: &Rgb| c.iter().map(|c| u32::from(*c)).sum::<u32>();
+        let colors = magnitudes();
+        assert!(
+            colors
+                .windows(9)
+                .step_by(8)
+                .all(|w| light(&w[0]) > light(&w[8]))
+        );
+        assert_eq!(
+            [magnitude(-1.0), magnitude(f64::NAN), magnitude(2.0)],
+            [0, 0, 255]
+        );
+    }
+}

@@ -1,0 +1,161 @@
+//! The figure of the Lyapunov exponents: how they converged, and what they came to.
+
+use super::axis::Axis;
+use super::color::Color;
+use super::figure::{Figure, Layer, Marker, Panel};
+use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
+use crate::study::lyapunov::{RunningExponents, SceneLyapunov};
+
+/// Negative exponents shown beside those that are not.
+const NEGATIVE: usize = 2;
+/// The most exponents of the close views.
+const MOST: usize = 5;
+
+/// The running exponents against the time averaged, with their intervals; below them all exponents
+/// in 1/s, and the largest ones over `omega_1`. `name` says which motion it is.
+pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
+    let spectrum = &found.study.spectrum;
+    Figure::new(
+        "lyapunov",
+        format!("Lyapunov exponents of {name}"),
+        135.0,
+        vec![
+            vec![running(&found.study.running, spectrum)],
+            vec![all(spectrum), largest(spectrum, found.omega_1)],
+        ],
+    )
+}
+
+/// How many exponents the close views show: all that are not negative, and a few below.
+fn shown(spectrum: &LyapunovSpectrum) -> usize {
+    let count = spectrum.exponents.len();
+    let above = (0..count).filter(|&k| spectrum.sign(k) != Sign::Negative);
+    (above.count() + NEGATIVE).min(count).min(MOST)
+}
+
+fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
+    let count = shown(spectrum);
+    let mut layers = vec![Layer::level(0.0)];
+    layers.extend((0..count).map(|k| {
+        let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
+        Layer::band(&spans.collect::<Vec<_>>(), Color::Exponent(k))
+    }));
+    layers.extend((0..count).map(|k| {
+        let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
+        Layer::line(points.collect(), Color::Exponent(k)).named(format!("λ{}", k + 1))
+    }));
+    // The first estimates are far off and would hide all later ones: the later half sets the axis.
+    let late = &running[running.len() / 2..];
+    let late = late
+        .iter()
+        .flat_map(|at| at.exponents[..count].iter().copied());
+    let times = match running {
+        [first, .., last] => [first.time, last.time],
+        _ => [0.1, 1.0],
+    };
+    Panel::new(
+        format!(
+            "running value with its 95 % interval, {:.3} s averaged",
+            spectrum.time
+        ),
+        Axis::logarithmic("time averaged, s", times),
+        Axis::around("exponent, 1/s", ends(late).chain([0.0])),
+        layers,
+    )
+}
+
+fn all(spectrum: &LyapunovSpectrum) -> Panel {
+    let exponents = &spectrum.exponents;
+    let (sum, count) = (
+        exponents.iter().map(|e| e.value).sum::<f64>(),
+        exponents.len(),
+    );
+    let mut title = match count == spectrum.dimension {
+        true if sum.is_finite() => format!("all {count}, in sum {sum:.1} 1/s"),
+        true => format!("all {count}"),
+        false => format!("the largest {count} of {}", spectrum.dimension),
+    };
+    // They have no place on the axis.
+    let collapsed = exponents
+        .iter()
+        .filter(|e| e.value == f64::NEG_INFINITY)
+        .count();
+    if collapsed > 0 {
+        title += &format!("; minus infinity: {collapsed}");
+    }
+    let mut layers = vec![Layer::level(0.0)];
+    layers.extend(by_sign(spectrum, exponents));
+    Panel::new(
+        title,
+        Axis::counting("number", count),
+        Axis::around(
+            "exponent, 1/s",
+            ends(exponents.iter().copied()).chain([0.0]),
+        ),
+        layers,
+    )
+}
+
+fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
+    let count = shown(spectrum);
+    let scale = 1e3 / omega_1;
+    let exponents = spectrum.exponents[..count].iter().map(|e| Exponent {
+        value: scale * e.value,
+        half_width: scale * e.half_width,
+    });
+    let exponents: Vec<Exponent> = exponents.collect();
+    let bound = scale * spectrum.resolution;
+    let x = Axis::counting("number", count);
+    let unresolved = x.range.map(|x| [x, -bound, bound]);
+    let mut layers = vec![Layer::band(&unresolved, Color::Faint), Layer::level(0.0)];
+    layers.extend(by_sign(spectrum, &exponents));
+    Panel::new(
+        "the largest; grey cannot be told from zero",
+        x,
+        Axis::around(
+            format!("exponent over ω1 = {omega_1:.0} rad/s, 1e−3"),
+            ends(exponents.into_iter()).chain([-bound, bound]),
+        ),
+        layers,
+    )
+}
+
+/// Values with their intervals, in a form a sign.
+fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
+    let kinds = [
+        (Sign::Positive, Marker::Up, "positive"),
+        (Sign::Zero, Marker::Ring, "zero"),
+        (Sign::Negative, Marker::Down, "negative"),
+        (Sign::Doubtful, Marker::Cross, "doubtful"),
+    ];
+    let layers = kinds.into_iter().flat_map(|(sign, marker, label)| {
+        let of_sign = exponents.iter().enumerate();
+        let of_sign = of_sign.filter(|(k, _)| spectrum.sign(*k) == sign);
+        let spans = of_sign.map(|(k, e)| span(k as f64 + 1.0, *e));
+        let spans: Vec<[f64; 3]> = spans.collect();
+        let points = exponents.iter().enumerate();
+        let points = points.filter(|(k, _)| spectrum.sign(*k) == sign);
+        let points: Vec<[f64; 2]> = points.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
+        let color = Color::Exponent(0);
+        let points = Layer::points(points, 2.4, color)
+            .marked(marker)
+            .named(label);
+        [Layer::intervals(&spans, color), points]
+    });
+    let is_there = |layer: &Layer| layer.has_points() || layer.label.is_empty();
+    layers.filter(is_there).collect()
+}
+
+/// An exponent's place, and the ends of its interval.
+fn span(x: f64, exponent: Exponent) -> [f64; 3] {
+    [x, exponent.low(), exponent.high()]
+}
+
+/// Both ends of all intervals, and the values.
+fn ends(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
+    exponents.flat_map(|e| [e.value, e.low(), e.high()])
+}
+
+#[cfg(test)]
+#[path = "lyapunov_tests.rs"]
+mod tests;

@@ -1,0 +1,108 @@
+//! The figure of exponents made by hand.
+
+use super::*;
+use crate::dynamics::{Motion, Tally};
+use crate::plot::Look;
+use crate::study::lyapunov::{Ending, LyapunovStudy};
+
+/// A chaotic motion whose exponents come to their values with the time averaged.
+fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
+    let at = |time: f64| -> Vec<Exponent> {
+        let wave = |k: usize| (7.0 * time.ln() + k as f64).sin();
+        let near = |(k, v): (usize, &f64)| Exponent {
+            value: v + 6.0 / time.sqrt() * wave(k),
+            half_width: 9.0 / time.sqrt(),
+        };
+        values.iter().enumerate().map(near).collect()
+    };
+    let times = (0..150).map(|k| 0.02 * 1.034_f64.powi(k));
+    let running: Vec<RunningExponents> = times
+        .map(|time| RunningExponents {
+            time,
+            exponents: at(time),
+        })
+        .collect();
+    let time = running.last().unwrap().time;
+    let spectrum = LyapunovSpectrum {
+        exponents: at(time),
+        time,
+        dimension,
+        resolution: 8.0,
+        ..LyapunovSpectrum::default()
+    };
+    SceneLyapunov {
+        study: LyapunovStudy {
+            spectrum,
+            motion: Motion::Free,
+            running,
+            mean_trace: None,
+            ending: Ending::Reached,
+            settled: 0.06,
+            tally: Tally::default(),
+            followed: time,
+            busy_seconds: 1.0,
+        },
+        tilt: Some(0.087),
+        held: Default::default(),
+        transient: 0.25,
+        tolerance: Some(1e-5),
+        omega_1: 10_669.0,
+    }
+}
+
+/// The whole spectrum of a joint: one positive, one zero, twenty negative.
+fn whole() -> Vec<f64> {
+    let rest = (0..20).map(|k| -20.0 - 9.0 * f64::from(k * k));
+    [62.0, 0.0].into_iter().chain(rest).collect()
+}
+
+fn svg(figure: &Figure) -> String {
+    figure.svg(&Look::default())
+}
+
+fn is_finite(figure: &Figure) -> bool {
+    let svg = svg(figure);
+    let mut words = svg.split(['"', ',', ' ', '(']);
+    !words.any(|word| ["NaN", "inf", "-inf"].contains(&word))
+}
+
+/// `SQUEAKSCOPE_FIGURES=DIR cargo test figure` leaves it there to be looked at.
+#[test]
+fn exponents_are_drawn() {
+    let figure = lyapunov_figure("chaos-5deg at 5°", &found(&whole(), 22));
+    assert!(is_finite(&figure));
+    for said in ["all 22", "positive", "negative", "λ1", "ω1 = 10669 rad/s"] {
+        assert!(svg(&figure).contains(said), "{said}");
+    }
+    let png = figure.png(&Look::default()).unwrap();
+    if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
+        let path = std::path::Path::new(&folder).join("lyapunov.png");
+        std::fs::write(path, png).unwrap();
+    }
+}
+
+/// Too short for intervals, only one exponent, a direction that collapses, nothing at all.
+#[test]
+fn what_cannot_be_known_is_left_out() {
+    let mut short = found(&whole(), 22);
+    let exponents = short.study.spectrum.exponents.iter_mut();
+    let running = short
+        .study
+        .running
+        .iter_mut()
+        .flat_map(|r| &mut r.exponents);
+    for exponent in exponents.chain(running) {
+        exponent.half_width = f64::INFINITY;
+    }
+    short.study.spectrum.exponents[21].value = f64::NEG_INFINITY;
+    let figure = lyapunov_figure("short", &short);
+    assert!(is_finite(&figure) && svg(&figure).contains("doubtful"));
+    assert!(svg(&figure).contains("all 22; minus infinity: 1"));
+
+    let one = lyapunov_figure("one", &found(&[62.0], 22));
+    assert!(is_finite(&one) && svg(&one).contains("the largest 1 of 22"));
+
+    let mut none = found(&[], 22);
+    none.study.running.clear();
+    assert!(is_finite(&lyapunov_figure("none", &none)));
+}

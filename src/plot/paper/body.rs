@@ -1,0 +1,153 @@
+//! Fig. 1 and 2: ball and beam, the patch, the mode shapes.
+
+use crate::fem::{FamilyMode, ModeKind, SurfaceMesh};
+use crate::joint::{AssemblyError, BallJoint, Model};
+use crate::plot::{Axis, Color, Figure, Layer, Panel};
+
+/// Rings and meridians of the wire model.
+const ALONG: usize = 40;
+const ROUND: usize = 16;
+
+/// The largest displacement of a mode shape as drawn, m.
+const LARGEST: f64 = 15e-3;
+/// That of torsion, which would blow up the beam if drawn so large.
+const LARGEST_TORSION: f64 = 7e-3;
+
+/// From where the body is looked at: an oblique view, the beam's axis upright.
+const VIEW: [[f64; 3]; 2] = [[0.866, -0.5, 0.0], [0.12, 0.21, 0.97]];
+
+/// Fig. 1: configuration at a tilt (rad) and pre-stress on the contact patch.
+///
+/// # Errors
+/// If the modes come from a file.
+pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figure, AssemblyError> {
+    let mesh = ball.body()?.outline(ALONG, ROUND);
+    let radius = ball.ball_radius();
+    let direction = ball.direction(tilt);
+    let scaled = |v: [f64; 3], by: f64| v.map(|x| by * x);
+    // The load presses the ball against the socket along `direction`, from outside.
+    let ends = [3.4, 1.05].map(|by| place(scaled(direction, by * radius)));
+    let load = Layer::line(arrow(ends), Color::Accent);
+    let rotation = ball.spec().rotation;
+    let size = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
+    let tip = scaled(rotation, 2.6 * radius / size.max(f64::MIN_POSITIVE));
+    let turning = Layer::line(arrow([[0.0; 3], tip].map(place)), Color::Series(0));
+    let configuration = Panel::new(
+        format!("load tilted by {:.1}°", tilt.to_degrees()),
+        Axis::linear("mm", [-105.0, 105.0]),
+        Axis::linear("mm", [-225.0, 65.0]),
+        vec![
+            wires(&mesh, Color::Ink, |_, at| at),
+            load.wide(1.6).named(format!("load {} N", ball.spec().load)),
+            turning.wide(1.6).named(format!("rotation {size:.3} rad/s")),
+        ],
+    );
+    Ok(Figure::new(
+        "figure-1",
+        "Fig. 1: configuration, and pre-stress on the contact patch",
+        112.0,
+        vec![vec![configuration, pre_stress(ball, model, direction)]],
+    ))
+}
+
+/// The pre-stress of the contact nodes over their distance from the middle of the patch, and Hertz'.
+fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
+    let distance = |position: &[f64; 3]| {
+        let along: f64 = position.iter().zip(direction).map(|(a, b)| a * b).sum();
+        let square: f64 = position.iter().map(|x| x * x).sum();
+        (square - along * along).max(0.0).sqrt()
+    };
+    let nodes = model.positions.iter().zip(&model.pre_stress);
+    let nodes = nodes.map(|(position, p)| [1e3 * distance(position), 1e-6 * p]);
+    let radius = ball.patch_radius();
+    // The load over the patch's area is two thirds of the pressure in its middle.
+    let middle = 1.5 * ball.spec().load / (std::f64::consts::PI * radius * radius);
+    let curve = (0..=200).map(|k| {
+        let s = f64::from(k) / 200.0;
+        [
+            1e3 * radius * s,
+            1e-6 * middle * (1.0 - s * s).max(0.0).sqrt(),
+        ]
+    });
+    Panel::new(
+        format!("pre-stress on the patch, up to {:.2} MPa", 1e-6 * middle),
+        Axis::linear("distance from the middle, mm", [0.0, 1.05e3 * radius]),
+        Axis::linear("pre-stress, MPa", [0.0, 1.1e-6 * middle]),
+        vec![
+            Layer::line(curve.collect(), Color::Faint).named("Hertz"),
+            Layer::points(nodes.collect(), 1.8, Color::Accent)
+                .named(format!("{} contact nodes", model.nodes())),
+        ],
+    )
+}
+
+/// Fig. 2: the mode shapes, one of each bending pair, upon the body at rest.
+///
+/// # Errors
+/// If the modes come from a file.
+pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
+    let body = ball.body()?;
+    let mesh = body.outline(ALONG, ROUND);
+    let panel = |title: String, layers| {
+        let x = Axis::linear("mm", [-60.0, 60.0]);
+        Panel::new(title, x, Axis::linear("mm", [-230.0, 45.0]), layers)
+    };
+    let rest = wires(&mesh, Color::Ink, |_, at| at);
+    let mut panels = vec![panel("at rest".to_owned(), vec![rest])];
+    for FamilyMode { mode, name } in body.families() {
+        let shape = |vertex| mesh.shapes_at(vertex)[mode];
+        let size = |vertex| shape(vertex).iter().map(|x| x * x).sum::<f64>();
+        let sizes = (0..mesh.vertices.len()).map(size);
+        let largest = sizes.fold(f64::MIN_POSITIVE, f64::max).sqrt();
+        let (color, drawn) = match body.modes()[mode].kind {
+            ModeKind::BendingX | ModeKind::BendingY => (Color::Series(0), LARGEST),
+            ModeKind::Torsion => (Color::Series(2), LARGEST_TORSION),
+            ModeKind::Axial => (Color::Series(3), LARGEST),
+        };
+        let moved = wires(&mesh, color, |vertex, at| {
+            std::array::from_fn(|i| at[i] + drawn / largest * shape(vertex)[i])
+        });
+        let title = format!("{name}, {:.0} Hz", ball.frequencies_hz()[mode]);
+        panels.push(panel(
+            title,
+            vec![wires(&mesh, Color::Pale, |_, at| at), moved],
+        ));
+    }
+    Ok(Figure::grid(
+        "figure-2",
+        "Fig. 2: mode shapes",
+        78.0,
+        4,
+        &panels,
+    ))
+}
+
+/// Rings and meridians of the surface, each vertex moved by `moved`.
+fn wires(mesh: &SurfaceMesh, color: Color, moved: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Layer {
+    let at = |ring: usize, j: usize| {
+        let vertex = 1 + ring * ROUND + j % ROUND;
+        place(moved(vertex, mesh.vertices[vertex]))
+    };
+    let rings = (0..ALONG).step_by(3);
+    let rings = rings.map(|ring| (0..=ROUND).map(|j| at(ring, j)).collect());
+    let meridians = (0..ROUND).step_by(2);
+    let meridians = meridians.map(|j| (0..ALONG).map(|ring| at(ring, j)).collect());
+    Layer::lines(rings.chain(meridians).collect(), color).wide(0.5)
+}
+
+/// A point of space (m) on the picture, mm.
+fn place(at: [f64; 3]) -> [f64; 2] {
+    VIEW.map(|axis| 1e3 * axis.iter().zip(at).map(|(a, b)| a * b).sum::<f64>())
+}
+
+/// A line with a head.
+fn arrow([from, to]: [[f64; 2]; 2]) -> Vec<[f64; 2]> {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let barb = |side: f64| {
+        [
+            to[0] - 0.2 * along[0] + side * 0.1 * along[1],
+            to[1] - 0.2 * along[1] - side * 0.1 * along[0],
+        ]
+    };
+    vec![from, to, barb(1.0), to, barb(-1.0)]
+}

@@ -1,0 +1,58 @@
+//! From SVG to pixels and to PDF.
+
+use std::sync::{Arc, OnceLock};
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+use svg2pdf::{ConversionOptions, PageOptions};
+
+use super::{FigureError, text};
+
+/// Dots of an SVG per inch.
+const DOTS: f32 = 96.0;
+
+fn tree(svg: &str) -> Result<Tree, FigureError> {
+    let options = Options {
+        fontdb: fonts(),
+        font_family: text::FAMILY.to_owned(),
+        ..Options::default()
+    };
+    Tree::from_str(svg, &options).map_err(|error| FigureError(error.to_string()))
+}
+
+/// Draws an SVG with so many pixels per inch.
+pub fn png(svg: &str, resolution: f32) -> Result<Vec<u8>, FigureError> {
+    let tree = tree(svg)?;
+    let scale = resolution / DOTS;
+    let [width, height] = [tree.size().width(), tree.size().height()];
+    let [width, height] = [width, height].map(|side| (side * scale).round() as u32);
+    let pixels = Pixmap::new(width, height);
+    let mut pixels = pixels.ok_or_else(|| FigureError("it has no size".to_owned()))?;
+    resvg::render(
+        &tree,
+        Transform::from_scale(scale, scale),
+        &mut pixels.as_mut(),
+    );
+    let png = pixels.encode_png();
+    png.map_err(|error| FigureError(error.to_string()))
+}
+
+/// An SVG as a PDF of one page.
+pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
+    let page = PageOptions { dpi: DOTS };
+    svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page)
+        .map_err(|error| FigureError(error.to_string()))
+}
+
+/// The font, parsed once.
+fn fonts() -> Arc<fontdb::Database> {
+    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
+    let load = || {
+        let mut fonts = fontdb::Database::new();
+        for face in text::FACES {
+            fonts.load_font_data(face.to_vec());
+        }
+        Arc::new(fonts)
+    };
+    Arc::clone(FONTS.get_or_init(load))
+}

@@ -1,0 +1,332 @@
+//! Panels of one settled motion: time series, phase plot, delay reconstruction, spectrum, Poincaré map,
+//! recurrence plot. The figures of the paper and of the attractors are made of them, and so are the
+//! recordings of sweeps.
+
+use super::axis::{Axis, round_up};
+use super::color::{Color, magnitude, magnitudes};
+use super::figure::{Image, Layer, Panel, Swatch};
+use super::unit::Unit;
+use crate::analysis::{RecurrenceImage, SpectralLine, range};
+use crate::study::response::{Portrait, Response};
+
+/// Delay of reconstructions, s: a quarter of a period of 4.1 kHz.
+pub const LAG: f64 = 60e-6;
+/// Length of time series and recurrence plots, s.
+pub const WINDOW: f64 = 5e-3;
+
+/// Points drawn for each sample: lines between samples would show as corners.
+const FINER: usize = 5;
+/// Lines of a spectrum that get names.
+const NAMED: usize = 6;
+/// Smallest amplitude (m) and speed (m/s) on show.
+pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
+
+/// The colour of a response.
+pub fn color(response: &Response) -> Color {
+    Color::Regime(response.regime)
+}
+
+/// Displacement (m) and velocity (m/s) at the samples.
+pub fn samples(portrait: &Portrait) -> Vec<[f64; 2]> {
+    let samples = portrait.displacement.iter().zip(&portrait.velocity);
+    samples.map(|(&u, &v)| [u, v].map(f64::from)).collect()
+}
+
+/// Displacement (m) and velocity (m/s) between the samples: the cubic through displacements with the
+/// velocities as slopes, and its slope.
+pub fn between_samples(portrait: &Portrait) -> Vec<[f64; 2]> {
+    let h = portrait.dt;
+    let samples = samples(portrait);
+    let pieces = samples.windows(2).flat_map(|pair| {
+        let [[u0, v0], [u1, v1]] = [pair[0], pair[1]];
+        (0..FINER).map(move |k| {
+            let s = k as f64 / FINER as f64;
+            let rise = u1 - u0;
+            let (a, b) = (h * v0 - rise, rise - h * v1);
+            let r = 1.0 - s;
+            let u = r * u0 + s * u1 + s * r * (r * a + s * b);
+            let slope = rise + (1.0 - 2.0 * s) * (r * a + s * b) + s * r * (b - a);
+            [u, slope / h]
+        })
+    });
+    pieces.chain(samples.last().copied()).collect()
+}
+
+/// The largest displacement (m) and speed (m/s) of a response.
+pub fn largest(response: &Response) -> [f64; 2] {
+    let Some(motion) = &response.portrait else {
+        return [response.amplitude, 0.0];
+    };
+    [&motion.displacement, &motion.velocity].map(|values| {
+        let sizes = values.iter().map(|value| f64::from(value.abs()));
+        sizes.fold(0.0, f64::max)
+    })
+}
+
+/// The displacement over the newest 5 ms.
+pub fn series(portrait: &Portrait, color: Color) -> Panel {
+    let dt = portrait.dt / FINER as f64;
+    let fine = between_samples(portrait);
+    let first = fine
+        .len()
+        .saturating_sub((WINDOW / dt).round() as usize + 1);
+    let unit = Unit::of("m", size_of(&fine)[0]);
+    let points = fine[first..].iter().enumerate();
+    let points = points.map(|(k, [u, _])| [1e3 * dt * k as f64, unit.factor * u]);
+    let points: Vec<[f64; 2]> = points.collect();
+    Panel::new(
+        "displacement at the middle of the patch",
+        Axis::linear("time, ms", [0.0, 1e3 * WINDOW]),
+        Axis::around(unit.after("u"), points.iter().map(|p| p[1])),
+        vec![Layer::line(points, color)],
+    )
+}
+
+/// Sizes of displacement and velocity.
+fn size_of(points: &[[f64; 2]]) -> [f64; 2] {
+    let sizes = points.iter().map(|point| point.map(f64::abs));
+    sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)])
+}
+
+/// Velocity over displacement (m/s, m), as far as they or, if given, `reach` go.
+pub fn phase(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Panel {
+    let size = reach.unwrap_or_else(|| size_of(points));
+    let units = [Unit::of("m", size[0]), Unit::of("m/s", size[1])];
+    let drawn = points
+        .iter()
+        .map(|[u, v]| [units[0].factor * u, units[1].factor * v]);
+    let drawn: Vec<[f64; 2]> = drawn.collect();
+    let axis = |c: usize, name: &str| {
+        let name = units[c].after(name);
+        match reach {
+            Some(reach) => {
+                let end = units[c].factor * reach[c];
+                Axis::linear(name, [-end, end])
+            }
+            None => Axis::around(name, drawn.iter().map(|p| p[c])),
+        }
+    };
+    Panel::new(
+        "phase plot",
+        axis(0, "displacement"),
+        axis(1, "velocity"),
+        vec![Layer::line(drawn.clone(), color).at("trail").wide(0.9)],
+    )
+}
+
+/// Displacement (m) and speed (m/s) to which phase plots must reach that are to be compared; `least` is
+/// the least of both.
+pub fn common_reach(found: &[&Response], least: [f64; 2]) -> [f64; 2] {
+    let sizes = found.iter().map(|response| largest(response));
+    let largest = sizes.fold(least, |[a, b], [c, d]| [a.max(c), b.max(d)]);
+    largest.map(|size| round_up(1.02 * size))
+}
+
+/// Two of the coordinates of the delay space.
+pub fn reconstruction(portrait: &Portrait, color: Color) -> Panel {
+    let fine = between_samples(portrait);
+    let unit = Unit::of("m", size_of(&fine)[0]);
+    let u: Vec<f64> = fine.iter().map(|[u, _]| unit.factor * u).collect();
+    let lag = (FINER as f64 * LAG / portrait.dt).round().max(1.0) as usize;
+    let pairs = u.iter().zip(u.iter().skip(lag));
+    let points: Vec<[f64; 2]> = pairs.map(|(a, b)| [*a, *b]).collect();
+    Panel::new(
+        format!("delay reconstruction, τ = {:.0} µs", 1e6 * LAG),
+        Axis::around(unit.after("u(t)"), points.iter().map(|p| p[0])),
+        Axis::around(unit.after("u(t + τ)"), points.iter().map(|p| p[1])),
+        vec![Layer::line(points, color).wide(0.9)],
+    )
+}
+
+/// What the spectra of several motions share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectrumPlane {
+    unit: Unit,
+    x: Axis,
+    y: Axis,
+}
+
+impl SpectrumPlane {
+    /// Amplitudes over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
+    pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
+        let unit = Unit::of("m", largest);
+        let top = (unit.factor * largest).max(1e-15).log10().ceil() as i32;
+        Self {
+            x: Axis::linear("frequency, kHz", [0.0, 1e-3 * highest]),
+            y: Axis::decades(unit.after("amplitude"), [top - decades, top]),
+            unit,
+        }
+    }
+
+    /// A spectrum with its lines.
+    pub fn panel(&self, bin: f64, amplitude: &[f32], lines: &[SpectralLine]) -> Panel {
+        let end = self.x.range[1];
+        let points = amplitude.iter().enumerate().skip(1);
+        let points = points.map(|(k, a)| [1e-3 * bin * k as f64, self.unit.factor * f64::from(*a)]);
+        let points = points.take_while(|point| point[0] <= end).collect();
+        let shown = lines.iter().filter(|line| 1e-3 * line.frequency <= end);
+        let peaks = shown.take(NAMED).map(|line| {
+            let kilohertz = 1e-3 * line.frequency;
+            let name = match &*line.label {
+                "" => format!("{kilohertz:.2}"),
+                name => format!("{name}: {kilohertz:.2}"),
+            };
+            ([kilohertz, self.unit.factor * line.amplitude], name)
+        });
+        Panel::new(
+            "spectrum",
+            self.x.clone(),
+            self.y.clone(),
+            vec![
+                Layer::line(points, Color::Faint),
+                Layer::peaks(peaks.collect()),
+            ],
+        )
+    }
+}
+
+/// What the Poincaré maps of several motions share: a square as close as it can be, but never closer than
+/// a share of the motion, since a tone must look like a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionPlane {
+    unit: Unit,
+    axes: [Axis; 2],
+}
+
+impl SectionPlane {
+    /// For some responses; `letter` is that of the displacement, `fallback` the size where none has passages.
+    pub fn new(found: &[&Response], letter: &str, fallback: f64) -> Self {
+        let points = || found.iter().flat_map(|response| &response.section);
+        let ends: [[f64; 2]; 2] = std::array::from_fn(|c| range(points().map(|point| point[c])));
+        let motion = points().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
+        let spread = ends.iter().map(|[low, high]| high - low);
+        let spread = spread.fold(0.0, f64::max);
+        let (half, middles) = match points().next() {
+            Some(_) => (
+                (0.6 * spread).max(0.15 * motion).max(SMALLEST[0]),
+                ends.map(|[low, high]| 0.5 * (low + high)),
+            ),
+            None => (fallback, [0.0; 2]),
+        };
+        let size = middles.iter().map(|middle| middle.abs() + half);
+        let unit = Unit::of("m", size.fold(0.0, f64::max));
+        let axes = std::array::from_fn(|c| {
+            let name = unit.after(&[format!("{letter}(t)"), format!("{letter}(t + 2τ)")][c]);
+            let ends = [middles[c] - half, middles[c] + half];
+            Axis::linear(name, ends.map(|end| unit.factor * end))
+        });
+        Self { unit, axes }
+    }
+
+    /// The passages of one response; of none an empty plane.
+    pub fn panel(&self, response: Option<&Response>) -> Panel {
+        let passages = response.map_or(&[][..], |response| &response.section);
+        let points = passages.iter().map(|p| p.map(|y| self.unit.factor * y));
+        let color = response.map_or(Color::Ink, color);
+        let [x, y] = self.axes.clone();
+        // The few points of a tone must be seen, the many of chaos told apart.
+        let radius = if passages.len() > 500 { 1.1 } else { 1.8 };
+        let layer = Layer::points(points.collect(), radius, color);
+        Panel::new("Poincaré section", x, y, vec![layer]).square()
+    }
+}
+
+/// Shades of distance in a recurrence plot.
+const SHADES: u8 = 16;
+
+/// The recurrence plot of the newest 5 ms: dark on paper and bright in the viewer where the motion
+/// returns; `shaded` shows the distances elsewhere, too.
+pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
+    let window = found.map_or(WINDOW, |found| found.window);
+    let unit = Unit::of("s", window);
+    let ends = [-unit.factor * window, 0.0];
+    let axis = || Axis::linear(unit.after("time before the end"), ends);
+    let classes = found.map_or_else(Vec::new, |found| classes(found, shaded));
+    let image = Layer::image(Image {
+        x: ends,
+        y: ends,
+        size: [found.map_or(0, |found| found.size); 2],
+        pixels: classes,
+        palette: recurrence_palette(),
+    });
+    Panel::new("recurrence plot", axis(), axis(), vec![image]).square()
+}
+
+/// The class of each pixel, the upper row first: there the latest.
+fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
+    let pairs = found.distance.iter().zip(&found.recurrent);
+    let class = |(distance, recurrent): (&u8, &u8)| match (*recurrent > 0, shaded) {
+        (true, _) => SHADES,
+        (false, true) => distance / (255 / SHADES + 1),
+        (false, false) => SHADES - 1,
+    };
+    let classes: Vec<u8> = pairs.map(class).collect();
+    let rows = classes.chunks(found.size.max(1)).rev();
+    rows.flatten().copied().collect()
+}
+
+/// Shades of distance, the nearest first, and the colour of what recurs.
+fn recurrence_palette() -> Vec<Swatch> {
+    let map = magnitudes();
+    let shades = (0..SHADES).map(|shade| {
+        let far = f64::from(shade) / f64::from(SHADES - 1);
+        Swatch {
+            // From a pale shade to white, and from half bright to black.
+            light: std::array::from_fn(|_| (190.0 + 65.0 * far) as u8),
+            dark: map[usize::from(magnitude(0.5 + 0.5 * far))],
+            name: format!(
+                "distance up to {} % of the largest",
+                100 * (u32::from(shade) + 1) / u32::from(SHADES)
+            ),
+        }
+    });
+    let recurrent = Swatch {
+        light: Color::Ink.on_light(),
+        dark: map[0],
+        name: "recurrent".to_owned(),
+    };
+    shades.chain([recurrent]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_latest_row_of_a_recurrence_plot_is_on_top() {
+        let found = RecurrenceImage {
+            window: 1e-3,
+            size: 2,
+            distance: vec![0, 255, 255, 0],
+            recurrent: vec![0, 0, 0, 255],
+            threshold: Some(1e-7),
+            rate: 0.25,
+            lag: 1e-5,
+            dimension: 3,
+        };
+        let far = SHADES - 1;
+        assert_eq!(classes(&found, true), [far, SHADES, 0, far]);
+        assert_eq!(classes(&found, false), [far, SHADES, far, far]);
+    }
+
+    #[test]
+    fn a_sine_is_smooth_between_its_samples() {
+        let dt = 5e-6;
+        let omega = std::f64::consts::TAU * 12.4e3;
+        let wave = |k: usize| omega * dt * k as f64;
+        let portrait = Portrait {
+            dt,
+            displacement: (0..50).map(|k| wave(k).sin() as f32).collect(),
+            velocity: (0..50).map(|k| (omega * wave(k).cos()) as f32).collect(),
+            bin: 1.0,
+            spectrum: Vec::new(),
+        };
+        let fine = between_samples(&portrait);
+        assert_eq!(fine.len(), 49 * FINER + 1);
+        for (k, [u, v]) in fine.into_iter().enumerate() {
+            let phase = omega * dt * k as f64 / FINER as f64;
+            assert!((u - phase.sin()).abs() < 2e-4, "{k}: {u}");
+            assert!((v / omega - phase.cos()).abs() < 3e-3, "{k}: {v}");
+        }
+    }
+}

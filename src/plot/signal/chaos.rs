@@ -1,0 +1,96 @@
+//! Whether it is chaos: diverging neighbours, the 0-1 test, the verdict.
+
+use super::View;
+use crate::analysis::Divergence;
+use crate::plot::axis::extent;
+use crate::plot::figure::Bar;
+use crate::plot::{Axis, Color, Figure, Layer, Panel};
+
+impl View<'_> {
+    pub fn divergence(&self) -> Figure {
+        let row = vec![
+            self.neighbours("Rosenstein", &self.report.rosenstein),
+            self.neighbours("Kantz", &self.report.kantz),
+        ];
+        Figure::new(
+            "divergence",
+            self.title("Divergence of neighbours"),
+            82.0,
+            vec![row],
+        )
+    }
+
+    /// Mean distance of neighbours over time, with its straight part.
+    fn neighbours(&self, title: &str, divergence: &Divergence) -> Panel {
+        let rate = self.report.signal.rate;
+        let ms = 1e3 / rate;
+        let curve = divergence.curve.iter().enumerate();
+        let curve: Vec<[f64; 2]> = curve.map(|(k, &v)| [k as f64 * ms, v]).collect();
+        let mut layers = vec![Layer::line(curve.clone(), Color::Ink)];
+        let verdict = match &divergence.region {
+            Some(region) => {
+                let at = |k: usize| [k as f64 * ms, region.intercept + region.slope * k as f64];
+                let straight = Layer::line(vec![at(region.from), at(region.to)], Color::Accent);
+                layers.push(straight.wide(1.6).named("the straight part"));
+                let (slope, error) = (region.slope * rate, region.error * rate);
+                // Two digits of the error, and as many places of the value.
+                let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
+                let places = places as usize;
+                format!("{title}: {slope:.places$} ± {error:.places$} 1/s")
+            }
+            None => format!("{title}: no straight part"),
+        };
+        let [times, values] = [0, 1].map(|c| curve.iter().map(move |p| p[c]));
+        let x = Axis::linear("time, ms", extent(times));
+        Panel::new(
+            verdict,
+            x,
+            Axis::around("mean ln(distance)", values),
+            layers,
+        )
+    }
+
+    pub fn zero_one(&self) -> Figure {
+        let test = &self.report.zero_one;
+        let k = Panel::new(
+            format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
+            Axis::linear(
+                "frequency c, rad",
+                extent(test.by_frequency.iter().map(|p| p[0])),
+            ),
+            Axis::linear("K", [-1.05, 1.05]),
+            vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
+        );
+        let path = Panel::new(
+            "path at the median: bounded or a random walk?",
+            Axis::around("p", test.path.iter().map(|p| p[0])),
+            Axis::around("q", test.path.iter().map(|p| p[1])),
+            vec![Layer::line(test.path.clone(), Color::Ink).wide(0.7)],
+        );
+        let title = self.title("0–1 test for chaos");
+        Figure::new("zero_one", title, 84.0, vec![vec![k, path]])
+    }
+
+    pub fn regime(&self) -> Figure {
+        let verdict = &self.report.verdict;
+        let bars = verdict.evidence.iter().map(|piece| Bar {
+            value: piece.weight,
+            text: format!("{} → {}: {}", piece.what, piece.kinds(), piece.words),
+            color: match piece.says.contains(&verdict.regime) {
+                true => Color::Regime(verdict.regime),
+                false => Color::Faint,
+            },
+        });
+        let bars: Vec<Bar> = bars.collect();
+        let rows = bars.len().max(1) as f64;
+        let confidence = 100.0 * verdict.confidence;
+        let title = format!("{}, confidence {confidence:.0} %", verdict.regime);
+        let panel = Panel::bars(
+            title,
+            Axis::linear("weight of the evidence", [0.0, 1.0]),
+            bars,
+        );
+        let title = self.title("Type of motion");
+        Figure::new("regime", title, 26.0 + 9.0 * rows, vec![vec![panel]])
+    }
+}

@@ -1,0 +1,108 @@
+//! When it comes back: recurrence plot and its measures along time.
+
+use super::View;
+use crate::analysis::Measures;
+use crate::plot::axis::extent;
+use crate::plot::color::{Rgb, magnitude, magnitudes};
+use crate::plot::unit::Unit;
+use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
+
+impl View<'_> {
+    pub fn recurrence(&self) -> Figure {
+        let picture = &self.report.recurrence.picture;
+        let span = picture.span.map(|t| t * self.along.factor);
+        let axis = || Axis::linear(self.along.after("time"), span);
+        let panel = |title: String, bytes: &[u8], palette: Vec<Rgb>| {
+            let rows = bytes.chunks_exact(picture.size.max(1)).rev();
+            let image = Image {
+                x: span,
+                y: span,
+                size: [picture.size; 2],
+                pixels: rows.flatten().copied().collect(),
+                palette: palette.into_iter().map(Swatch::plain).collect(),
+            };
+            let layers = Some(Layer::image(image)).filter(|_| picture.size > 0);
+            Panel::new(title, axis(), axis(), layers.into_iter().collect()).square()
+        };
+        // The colour of each byte: recurrent is not zero; a small distance is dark.
+        let mut recurrent = vec![Color::Ink.on_light(); 256];
+        recurrent[0] = [255; 3];
+        let shades = magnitudes();
+        let distance = (0..=255u8).map(|byte| {
+            let near = magnitude(1.0 - f64::from(byte) / 255.0);
+            shades[usize::from(near)]
+        });
+        let share = 100.0 * self.report.recurrence.measures.recurrence_rate;
+        let row = vec![
+            panel(
+                format!("recurrent: {share:.2} % of the pairs"),
+                &picture.recurrent,
+                recurrent,
+            ),
+            panel(
+                "distance: dark is near".to_owned(),
+                &picture.distance,
+                distance.collect(),
+            ),
+        ];
+        Figure::new(
+            "recurrence",
+            self.title("Recurrence plot"),
+            100.0,
+            vec![row],
+        )
+    }
+
+    pub fn measures(&self) -> Figure {
+        let along = &self.report.recurrence.along;
+        let step = self.report.recurrence.stride as f64 / self.report.signal.rate;
+        let curve = |value: &dyn Fn(&Measures) -> Option<f64>| -> Vec<[f64; 2]> {
+            let points = along.iter();
+            let points =
+                points.filter_map(|at| Some([at.time * self.along.factor, value(&at.measures)?]));
+            points.collect()
+        };
+        let times = extent(along.iter().map(|at| at.time * self.along.factor));
+        let x = || Axis::linear(self.along.after("time"), times);
+        let line = |points, series, label| Layer::line(points, Color::Series(series)).named(label);
+        let shares = Panel::new(
+            "shares",
+            x(),
+            Axis::linear("", [0.0, 1.05]),
+            vec![
+                line(curve(&|m| Some(m.recurrence_rate)), 0, "RR"),
+                line(curve(&|m| m.determinism), 2, "DET"),
+                line(curve(&|m| m.laminarity), 3, "LAM"),
+            ],
+        );
+        let seconds = |value: fn(&Measures) -> Option<f64>| curve(&|m| value(m).map(|l| l * step));
+        let lengths = [
+            (seconds(|m| m.mean_diagonal), 2, "L"),
+            (seconds(|m| m.trapping_time), 3, "TT"),
+            (seconds(|m| m.recurrence_time_2), 4, "T²"),
+        ];
+        let longest = extent(lengths.iter().flat_map(|(c, ..)| c).map(|p| p[1]))[1];
+        let unit = Unit::of("s", longest);
+        let lengths = lengths.into_iter().map(|(points, series, label)| {
+            let points = points.into_iter().map(|[t, s]| [t, s * unit.factor]);
+            line(points.collect(), series, label)
+        });
+        let lengths = Panel::new(
+            "mean lengths of lines and gaps",
+            x(),
+            Axis::linear(unit.after("duration"), [0.0, 1.08 * longest * unit.factor]),
+            lengths.collect(),
+        );
+        let entropy = curve(&|m| m.entropy);
+        let most = extent(entropy.iter().map(|p| p[1]))[1];
+        let entropy = Panel::new(
+            "entropy of the diagonal lines",
+            x(),
+            Axis::linear("nats", [0.0, 1.1 * most]),
+            vec![Layer::line(entropy, Color::Ink)],
+        );
+        let rows = vec![vec![shares], vec![lengths], vec![entropy]];
+        let title = self.title("Recurrence quantification along time");
+        Figure::new("measures", title, 145.0, rows)
+    }
+}

@@ -1,0 +1,151 @@
+//! What the signal looks and sounds like: waveform, spectrum, spectrogram.
+
+use super::{View, envelope};
+use crate::analysis::{Bases, Column};
+use crate::plot::axis::extent;
+use crate::plot::color::{magnitude, magnitudes};
+use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
+
+/// Periods (or, without one, hundredths of the signal) that a close view shows.
+const CLOSE_PERIODS: f64 = 12.0;
+/// Lines of the spectrum that get a name.
+const NAMED_LINES: usize = 8;
+/// Decibels below the strongest that the spectrum and the spectrogram reach down to.
+const DEPTH_DB: f64 = 100.0;
+const SPECTROGRAM_DB: f64 = 80.0;
+/// Most columns and rows of a spectrogram.
+const PIXELS: [usize; 2] = [1600, 600];
+
+impl View<'_> {
+    pub fn waveform(&self) -> Figure {
+        let all = &self.report.signal.samples;
+        let count = all.len();
+        let period = match self.report.lines.first() {
+            Some(line) => self.report.signal.rate / line.line.frequency,
+            None => count as f64 / (100.0 * CLOSE_PERIODS),
+        };
+        let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
+        let panel = |title: &str, from: usize| {
+            let mut curve = envelope(&all[from..], |k| self.time((from + k) as f64));
+            curve.iter_mut().for_each(|[_, y]| *y *= self.unit.factor);
+            let times = [self.time(from as f64), self.time(count as f64 - 1.0)];
+            let x = Axis::linear(self.along.after("time"), times);
+            let y = Axis::around(self.unit.after("signal"), self.samples());
+            Panel::new(title, x, y, vec![Layer::line(curve, Color::Ink).wide(0.8)])
+        };
+        let rows = vec![
+            vec![panel("all of the signal", 0)],
+            vec![panel("its end", count - close)],
+        ];
+        Figure::new("waveform", self.title("Waveform"), 112.0, rows)
+    }
+
+    pub fn spectrum(&self) -> Figure {
+        let spectrum = &self.report.spectrum;
+        let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
+        let level = |a: f64| 20.0 * (a.max(1e-12 * strongest) / strongest.max(1e-300)).log10();
+        let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
+        let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
+        let levels: Vec<f64> = levels.collect();
+        let place = |hz: f64| self.hertz.factor * hz;
+        let lowest = extent(levels.iter().copied())[0].max(-DEPTH_DB - 20.0);
+        let lines = self.report.lines.iter().take(NAMED_LINES);
+        let peaks = lines.filter_map(|named| {
+            let at = [place(named.line.frequency), level(named.line.amplitude)];
+            Some((at, named.name?.to_string()))
+        });
+        let unit = &self.unit;
+        let title = format!(
+            "{}; {:.2} % of the power in the floor",
+            bases(&self.report.naming.bases),
+            100.0 * self.report.floor_share
+        );
+        let reference = format!("{:.3} {}", strongest * unit.factor, unit.symbol);
+        let panel = Panel::new(
+            title,
+            Axis::linear(self.hertz.after("frequency"), [0.0, place(self.top())]),
+            Axis::linear(
+                format!("amplitude, dB re {}", reference.trim_end()),
+                [lowest, 20.0],
+            ),
+            vec![
+                Layer::line(
+                    envelope(&levels, |k| place(k as f64 * spectrum.bin)),
+                    Color::Ink,
+                )
+                .wide(0.8),
+                Layer::peaks(peaks.collect()),
+            ],
+        );
+        Figure::new("spectrum", self.title("Spectrum"), 88.0, vec![vec![panel]])
+    }
+
+    pub fn spectrogram(&self) -> Figure {
+        let columns = &self.report.spectrogram;
+        let image = columns.first().zip(columns.last()).map(|(first, last)| {
+            let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
+            let times = [first.centre, last.centre].map(|sample| self.time(sample));
+            let highest = self.hertz.factor * shown as f64 * first.bin;
+            image(columns, shown, times, [0.0, highest])
+        });
+        let [x, y] = match &image {
+            Some(image) => [image.x, image.y],
+            None => [[0.0, 1.0]; 2],
+        };
+        let note = match image {
+            Some(_) => "",
+            None => "the signal is too short for a spectrogram",
+        };
+        let panel = Panel::new(
+            format!("dark is strong, down to {SPECTROGRAM_DB:.0} dB below the strongest"),
+            Axis::linear(self.along.after("time"), x),
+            Axis::linear(self.hertz.after("frequency"), y),
+            image.map(Layer::image).into_iter().collect(),
+        );
+        let panel = panel.with_note(note);
+        Figure::new(
+            "spectrogram",
+            self.title("Spectrogram"),
+            88.0,
+            vec![vec![panel]],
+        )
+    }
+}
+
+/// The lowest bins of the columns as an image: each pixel shows the strongest of its bins.
+fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
+    let all = columns.iter().flat_map(|c| &c.amplitude[..bins]);
+    let strongest = all.fold(1e-300_f64, |most, &a| most.max(a));
+    let size = [columns.len().min(PIXELS[0]), bins.min(PIXELS[1])];
+    let [width, height] = size;
+    let pixels = (0..height).rev().flat_map(|row| {
+        let first = row * bins / height;
+        let bins = first..((row + 1) * bins / height).max(first + 1);
+        (0..width).map(move |column| {
+            let column = &columns[column * columns.len() / width];
+            let most = column.amplitude[bins.clone()].iter().copied();
+            let most = most.fold(1e-300, f64::max);
+            magnitude(1.0 + 20.0 * (most / strongest).log10() / SPECTROGRAM_DB)
+        })
+    });
+    Image {
+        x,
+        y,
+        size,
+        pixels: pixels.collect(),
+        palette: magnitudes().into_iter().map(Swatch::plain).collect(),
+    }
+}
+
+/// The base frequencies in words.
+fn bases(bases: &Bases) -> String {
+    let hertz = |f: f64| match f {
+        f if f >= 1000.0 => format!("{:.4} kHz", 1e-3 * f),
+        f => format!("{f:.3} Hz"),
+    };
+    match bases {
+        Bases::None => "no simple pattern of lines".to_owned(),
+        Bases::One { f1 } => format!("f1 = {}", hertz(*f1)),
+        Bases::Two { f1, f2 } => format!("f1 = {}, f2 = {}", hertz(*f1), hertz(*f2)),
+    }
+}

@@ -1,0 +1,148 @@
+//! Styles: how large letters and figures are, and whether figures carry their titles.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Where figures are to be seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Style {
+    /// In print: a page wide, small letters, no title (the caption tells it), 300 dots per inch.
+    Paper,
+    /// On a screen: titles, 1,000 points wide, drawn at twice that.
+    #[default]
+    Screen,
+    /// On slides: titles, large letters.
+    Slides,
+}
+
+/// A file format of figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Format {
+    /// Scalable Vector Graphics.
+    Svg,
+    /// Pixels, Portable Network Graphics.
+    Png,
+    /// Portable Document Format, with the font embedded.
+    Pdf,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 3] = [Self::Svg, Self::Png, Self::Pdf];
+
+    /// The format of a file by its ending.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?;
+        let mut all = Self::ALL.into_iter();
+        all.find(|format| ending.eq_ignore_ascii_case(format.ending()))
+    }
+
+    /// The ending of file names.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+            Self::Pdf => "pdf",
+        }
+    }
+}
+
+/// Width and height of a figure, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size(pub [f64; 2]);
+
+/// Smallest and largest side of a figure, mm.
+const SIDES: [f64; 2] = [20.0, 2000.0];
+
+impl FromStr for Size {
+    type Err = SizeError;
+
+    fn from_str(text: &str) -> Result<Self, SizeError> {
+        let (width, height) = text.split_once('x').ok_or(SizeError)?;
+        let side = |text: &str| text.trim().parse().map_err(|_| SizeError);
+        let sides = [side(width)?, side(height)?];
+        let [least, most] = SIDES;
+        match sides.iter().all(|side| (least..=most).contains(side)) {
+            true => Ok(Self(sides)),
+            false => Err(SizeError),
+        }
+    }
+}
+
+/// A size that cannot be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SizeError;
+
+impl fmt::Display for SizeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [least, most] = SIDES;
+        write!(
+            f,
+            "write WIDTHxHEIGHT in mm, each {least} to {most}, such as 180x120"
+        )
+    }
+}
+
+impl std::error::Error for SizeError {}
+
+/// How figures are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// The style.
+    pub style: Style,
+    /// The size of all figures; `None` for each its own.
+    pub size: Option<Size>,
+}
+
+impl Look {
+    /// The size of a figure that is `own` on paper, mm.
+    pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
+        let enlarged = match self.style {
+            Style::Paper => 1.0,
+            // A page becomes 1,000 points of 1/96 inch wide.
+            Style::Screen => 1.47,
+            Style::Slides => 1.6,
+        };
+        self.size
+            .map_or(own.map(|side| enlarged * side), |size| size.0)
+    }
+
+    /// The size of letters, points.
+    pub fn letters(&self) -> f64 {
+        match self.style {
+            Style::Paper => 7.5,
+            Style::Screen => 8.5,
+            Style::Slides => 13.0,
+        }
+    }
+
+    /// Whether the figure carries its title.
+    pub fn has_title(&self) -> bool {
+        self.style != Style::Paper
+    }
+
+    /// Pixels per inch.
+    pub fn resolution(&self) -> f32 {
+        match self.style {
+            Style::Paper => 300.0,
+            Style::Screen => 192.0,
+            Style::Slides => 150.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_sides() {
+        assert_eq!("180x120.5".parse(), Ok(Size([180.0, 120.5])));
+        for text in ["180", "180x", "x3", "0x10", "180x1e9", "nanx50", "a x b"] {
+            assert_eq!(text.parse::<Size>(), Err(SizeError), "{text}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Figures of made-up sweeps.
+
+use super::*;
+use crate::analysis::SpectralLine;
+use crate::dynamics::{LyapunovSpectrum, Tally};
+use crate::plot::{Look, Shape};
+use crate::scene::{Parameter, Scene};
+use crate::study::response::ResponsePlan;
+use crate::study::sweep::Axis as SweptAxis;
+
+/// A plan over the tilt, and over the stiffness, too, if so wanted.
+fn plan(two: bool) -> SweepPlan {
+    let mut axes = vec![SweptAxis::new(
+        Parameter::tilt(),
+        (0..29).map(|k| 1.0 + 0.25 * f64::from(k)),
+    )];
+    if two {
+        let factor = Parameter::named("stiffness_factor").unwrap();
+        axes.push(SweptAxis::new(factor, (1..9).map(f64::from)));
+    }
+    SweepPlan {
+        scene: Scene::load("torus-3deg").unwrap(),
+        axes,
+        starts: vec![Start::Up, Start::Cold],
+        response: ResponsePlan::default(),
+    }
+}
+
+/// A response that is periodic, then quasi-periodic, then chaotic.
+fn response(tilt: f64, k: usize) -> Response {
+    let (regime, count) = match tilt {
+        t if t < 2.0 => (Regime::Periodic, 1),
+        t if t < 4.5 => (Regime::QuasiPeriodic, 2),
+        _ => (Regime::Chaotic, 3),
+    };
+    let wobble = |j: usize| (0.7 * j as f64 + k as f64).sin();
+    let exponent = |value, half_width| Exponent { value, half_width };
+    Response {
+        transient: 0.1,
+        settled: true,
+        amplitude: 7e-7,
+        rms_velocity: 0.01,
+        peak_velocity: 0.0178,
+        maxima: (0..200)
+            .map(|j| 7e-7 * (1.0 + 0.1 * (count - 1) as f64 * wobble(j)))
+            .collect(),
+        section: Vec::new(),
+        lines: (0..count)
+            .map(|j| SpectralLine {
+                frequency: [4110.0, 3870.0, 12330.0][j],
+                amplitude: 7e-7 / (1.0 + 3.0 * j as f64),
+                label: String::new(),
+            })
+            .collect(),
+        floor_share: 1e-9,
+        exponents: Some(LyapunovSpectrum {
+            exponents: vec![
+                exponent(if count == 3 { 70.0 } else { 0.1 }, 8.0),
+                exponent(if count > 1 { 0.0 } else { -60.0 }, 1.0),
+                exponent(-90.0, 2.0),
+            ],
+            time: 0.2,
+            dimension: 22,
+            resolution: 11.5,
+            kaplan_yorke: None,
+        }),
+        recurrence: None,
+        recurrence_period: None,
+        linear: None,
+        regime,
+        confidence: 0.9,
+        portrait: None,
+        state: Vec::new(),
+        tally: Tally::default(),
+    }
+}
+
+fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
+    let point = |index| {
+        let place = plan.place(index);
+        let outcome = match index % 17 {
+            5 => Err("it cannot be".to_owned()),
+            _ => Ok(response(place.values[0], index)),
+        };
+        SweepPoint { place, outcome }
+    };
+    (0..plan.len()).map(point).collect()
+}
+
+#[test]
+fn there_is_a_figure_for_each_start() {
+    for (two, names) in [
+        (false, &["bifurcation"][..]),
+        (true, &["regimes-up", "regimes-cold"]),
+    ] {
+        let plan = plan(two);
+        let points = points(&plan);
+        let figures = sweep_figures(&plan, &points);
+        let named = |figures: &[Figure]| figures.iter().map(|f| &*f.name).eq(names.iter().copied());
+        assert!(named(&figures));
+        for figure in &figures {
+            let svg = figure.svg(&Look::default());
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{}",
+                figure.name
+            );
+            for word in ["quasi-periodic", "chaotic", "tilt of the load, deg"] {
+                assert!(svg.contains(word), "{}: {word}", figure.name);
+            }
+        }
+        // Half a sweep, and none at all, can be drawn, too, and gives the same names.
+        for part in [&points[..5], &[]] {
+            assert!(named(&sweep_figures(&plan, part)));
+        }
+        if let Ok(folder) = std::env::var("SQUEAKSCOPE_FIGURES") {
+            for figure in &figures {
+                let path = std::path::Path::new(&folder).join(format!("{}.png", figure.name));
+                std::fs::write(path, figure.png(&Look::default()).unwrap()).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn starts_stand_side_by_side_in_their_own_forms() {
+    let plan = plan(false);
+    let points = points(&plan);
+    let over = Over::new(&plan, &points);
+    let panel = over.exponents();
+    // The legend is in the order of the exponents, the starts after them.
+    let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());
+    let legend: Vec<&str> = legend.map(|layer| &*layer.label).collect();
+    assert_eq!(
+        legend,
+        ["λ1", "λ2", "λ3", "continued up", "each started cold"]
+    );
+    let first = |wanted: Marker| {
+        let mut points = panel.layers.iter().filter_map(|layer| match &layer.shape {
+            Shape::Points { points, marker, .. } if *marker == wanted => points.first(),
+            _ => None,
+        });
+        points.next().unwrap()[0]
+    };
+    assert!(first(Marker::Up) < 1.0 && first(Marker::Dot) > 1.0);
+    // The points of a tilt stay nearer to it than to the next.
+    assert!((first(Marker::Up) - 1.0).abs() < 0.125);
+}

@@ -1,0 +1,399 @@
+//! Figures of a report made by hand: every subject, also where there is nothing to show.
+
+use super::*;
+use crate::analysis::*;
+use crate::import::Signal;
+use crate::study::signal::*;
+
+const LOOK: Look = Look {
+    style: Style::Screen,
+    size: None,
+};
+
+/// A report on a torus of two tones, its curves in closed form.
+fn report(name: &str) -> SignalReport {
+    let rate = 200e3;
+    let samples: Vec<f64> = test_signals::sines(
+        rate,
+        20_000,
+        &[
+            (4110.0, 6e-7, 0.0),
+            (3870.0, 1e-7, 1.0),
+            (12_330.0, 8e-8, 0.3),
+        ],
+    );
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
+        .analyse(&samples)
+        .unwrap();
+    let lines = spectrum.lines(&LineCriterion::default());
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+    let lines = lines.iter().enumerate().map(|(i, &line)| NamedLine {
+        line,
+        name: naming.names[i],
+        misfit: naming.misfit(i, line),
+    });
+    let mut columns = Vec::new();
+    Stft::new(Window::BlackmanHarris, 2000, 200.0, rate)
+        .push(&samples, |column| {
+            columns.push(column);
+            Ok::<(), AnalysisError>(())
+        })
+        .unwrap();
+    let vectors = DelayVectors::new(&samples[..1000], 12, 3).unwrap();
+    let mut plot = RecurrencePlot::new();
+    let picks: Vec<usize> = (0..300).map(|k| 3 * k).collect();
+    plot.measure(&vectors, &picks);
+    let recurrences = plot.recurrences(Threshold::Rate(0.08)).unwrap();
+    let along = (0..80).map(|k| {
+        let t = f64::from(k);
+        MeasuresAt {
+            time: 0.01 + 0.001 * t,
+            measures: Measures {
+                recurrence_rate: 0.05,
+                determinism: Some(0.95 + 0.04 * (0.3 * t).sin()),
+                laminarity: Some(0.6 + 0.1 * (0.2 * t).cos()),
+                mean_diagonal: Some(20.0 + 5.0 * (0.25 * t).sin()),
+                trapping_time: Some(4.0),
+                recurrence_time_2: Some(48.0),
+                entropy: Some(2.0 + 0.3 * (0.1 * t).sin()),
+                ..Measures::default()
+            },
+        }
+    });
+    let section: Vec<Crossing> = (0..400)
+        .map(|k| {
+            let phase = 0.37 * f64::from(k);
+            let (y, z) = (6e-7 + 1e-7 * phase.cos(), -5e-7 + 8e-8 * phase.sin());
+            Crossing {
+                sample: 48.6 * f64::from(k),
+                point: vec![y, 0.0, z],
+                rising: true,
+            }
+        })
+        .collect();
+    let divergence = |slope: f64| Divergence {
+        curve: (0..200)
+            .map(|k| (-14.0 + slope * f64::from(k)).min(-12.5))
+            .collect(),
+        counted: vec![500; 200],
+        region: Some(ScalingRegion {
+            from: 10,
+            to: 120,
+            slope,
+            error: 0.1 * slope,
+            intercept: -14.0,
+        }),
+    };
+    let evidence = [
+        (
+            "spectrum",
+            0.9,
+            &[Regime::QuasiPeriodic][..],
+            "two tones, f1 = 4.11 kHz and f2 = 3.87 kHz, explain every line",
+        ),
+        (
+            "Poincaré section",
+            0.8,
+            &[Regime::QuasiPeriodic][..],
+            "400 passages lie on a closed curve",
+        ),
+        ("0–1 test", 0.6, &[Regime::Periodic][..], "K = 0.03"),
+        (
+            "largest exponent",
+            0.2,
+            &[Regime::Chaotic][..],
+            "12 ± 9 1/s",
+        ),
+    ];
+    SignalReport {
+        signal: Signal {
+            name: name.to_owned(),
+            unit: "m".to_owned(),
+            rate,
+            start: 0.0,
+            samples: samples.clone(),
+        },
+        lines: lines.collect(),
+        naming,
+        floor_share: spectrum.floor_share(),
+        spectrum,
+        spectrogram: columns,
+        delay: DelayChoice {
+            lag: 12,
+            reason: LagReason::FirstMinimum,
+            dimension: 5,
+            unfolded: true,
+            theiler: 48,
+            mutual: MutualInformation {
+                bins: 64,
+                bits: (0..60)
+                    .map(|k| 1.0 + 4.0 / (1.0 + f64::from(k)) + (f64::from(k) / 8.0).cos())
+                    .collect(),
+            },
+            neighbours: FalseNeighbours {
+                lag: 12,
+                share: vec![0.99, 0.4, 0.1, 0.02, 0.005, 0.004, 0.004, 0.004],
+                judged: vec![1000; 8],
+            },
+        },
+        recurrence: RecurrenceReport {
+            rule: RecurrenceRule {
+                norm: Norm::Euclidean,
+                threshold: Threshold::Rate(0.05),
+                theiler: 1,
+            },
+            epsilon: recurrences.distance,
+            stride: 1,
+            lag: 12,
+            counts: RecurrenceCounts::default(),
+            measures: Measures {
+                recurrence_rate: 0.08,
+                ..Measures::default()
+            },
+            period: Some(2.4e-4),
+            along: along.collect(),
+            picture: RecurrencePixels {
+                size: plot.size(),
+                span: [0.095, 0.1],
+                distance: plot.distance_picture(),
+                recurrent: recurrences.pixels,
+            },
+        },
+        clusters: Clusters {
+            member: vec![0; section.len()],
+            count: 1,
+            compact: false,
+        },
+        section,
+        shape: SectionShape::Loop,
+        level: 0.0,
+        rosenstein: divergence(0.008),
+        kantz: Divergence {
+            region: None,
+            ..divergence(0.01)
+        },
+        zero_one: ZeroOne {
+            k: 0.03,
+            by_frequency: (0..100)
+                .map(|k| [0.63 + 0.019 * f64::from(k), 0.1 * f64::from(k).sin()])
+                .collect(),
+            path: (0..500)
+                .map(|k| [(0.1 * f64::from(k)).sin(), (0.13 * f64::from(k)).cos()])
+                .collect(),
+            samples: 500,
+        },
+        zero_one_stride: 12,
+        verdict: Verdict {
+            regime: Regime::QuasiPeriodic,
+            confidence: 0.93,
+            evidence: evidence
+                .into_iter()
+                .map(|(what, weight, says, words)| Evidence {
+                    what,
+                    value: weight,
+                    says,
+                    weight,
+                    words: words.to_owned(),
+                })
+                .collect(),
+        },
+        nonlinear_samples: samples.len(),
+    }
+}
+
+/// Where the figures go if someone wants to look: `SQUEAKSCOPE_FIGURES=DIR cargo test figure`.
+fn show(figure: &Figure, png: &[u8]) {
+    if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
+        let path = std::path::Path::new(&folder).join(&figure.name);
+        std::fs::write(path.with_extension("png"), png).unwrap();
+        std::fs::write(path.with_extension("svg"), figure.svg(&LOOK)).unwrap();
+    }
+}
+
+/// Width and height a PNG says it has.
+fn size(png: &[u8]) -> [u32; 2] {
+    let info = png::Decoder::new(std::io::Cursor::new(png))
+        .read_info()
+        .unwrap();
+    [info.info().width, info.info().height]
+}
+
+/// Whether every coordinate is a number; letters alone prove nothing, pictures are full of them.
+fn is_finite(figure: &Figure) -> bool {
+    let svg = figure.svg(&LOOK);
+    let mut words = svg.split(['"', ',', ' ', '(']);
+    !words.any(|word| ["NaN", "inf", "-inf"].contains(&word))
+}
+
+#[test]
+fn every_subject_has_its_figure() {
+    let figures = signal_figures(&report("probe/displacement"));
+    let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
+    assert_eq!(names, SIGNAL_FIGURES);
+    for figure in &figures {
+        let png = figure.png(&LOOK).unwrap();
+        show(figure, &png);
+        let svg = figure.svg(&LOOK);
+        let document = resvg::usvg::roxmltree::Document::parse(&svg).unwrap();
+        let pixels = |name| {
+            let side = document.root_element().attribute(name).unwrap();
+            let mm: f32 = side.strip_suffix("mm").unwrap().parse().unwrap();
+            (mm / 25.4 * LOOK.resolution()).round() as u32
+        };
+        for (found, wanted) in size(&png).into_iter().zip(["width", "height"].map(pixels)) {
+            assert!(found.abs_diff(wanted) <= 1, "{found} and {wanted}");
+        }
+        assert!(is_finite(figure), "{}", figure.name);
+        assert!(svg.len() < 2_000_000, "{}: {}", figure.name, svg.len());
+    }
+    assert_eq!(figures, signal_figures(&report("probe/displacement")));
+}
+
+#[test]
+fn names_are_words_not_markup() {
+    // XML allows no escape character, and a reader would turn the rest of the line round.
+    let figures = signal_figures(&report("a<b & \"c\" \u{1b}[31m\u{202e}d"));
+    figures[0].png(&LOOK).unwrap();
+    let svg = figures[0].svg(&LOOK);
+    let document = resvg::usvg::roxmltree::Document::parse(&svg).unwrap();
+    let mut texts = document.descendants().filter_map(|node| node.text());
+    assert!(texts.any(|text| text.contains("a<b & \"c\" \\u001b[31m\\u202ed")));
+}
+
+#[test]
+fn nothing_to_show_is_shown_as_such() {
+    let mut empty = report("empty");
+    empty.lines.clear();
+    empty.spectrogram.clear();
+    empty.section.clear();
+    empty.recurrence.along.clear();
+    empty.recurrence.picture.size = 0;
+    empty.rosenstein.region = None;
+    empty.zero_one.by_frequency.clear();
+    empty.zero_one.path.clear();
+    empty.verdict.evidence.clear();
+    empty.signal.samples = vec![0.0; 40];
+    for figure in signal_figures(&empty) {
+        let png = figure.png(&LOOK).unwrap();
+        assert!(size(&png)[0] > 0);
+        assert!(is_finite(&figure), "{}", figure.name);
+    }
+}
+
+/// A panel with one of everything, in a figure of its own.
+fn everything() -> Figure {
+    let points = vec![[0.0, 0.0], [1.0, 2.0], [2.0, 0.0], [f64::NAN, 1.0]];
+    let image = Image {
+        x: [0.0, 1.0],
+        y: [0.0, 0.5],
+        size: [2, 1],
+        pixels: vec![0, 1],
+        palette: vec![Swatch::plain([0; 3]), Swatch::plain([255, 0, 0])],
+    };
+    let layers = vec![
+        Layer::image(image),
+        Layer::band(
+            &[[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
+            Color::Faint,
+        ),
+        Layer::columns(&[[0.5, 0.0, 0.4]], 0.2, Color::Pale).named("columns"),
+        Layer::intervals(&[[0.5, 0.1, 0.9]], Color::Series(1)),
+        Layer::line(points.clone(), Color::Series(0))
+            .dashed()
+            .named("a line"),
+        Layer::points(points, 2.0, Color::Series(2))
+            .marked(Marker::Cross)
+            .named("points"),
+        Layer::peaks(vec![
+            ([0.5, 0.5], "f1".to_owned()),
+            ([0.51, 0.5], "f2".to_owned()),
+        ]),
+        Layer::level(0.5),
+        Layer::upright(0.7, Color::Accent).named("chosen"),
+        Layer::text([0.1, 0.9], "a text"),
+    ];
+    let axis = |name| Axis::linear(name, [0.0, 1.0]);
+    let panel = Panel::new("one panel", axis("x, mm"), axis("y, s"), layers).with_note("a note");
+    Figure::new("everything", "Everything", 80.0, vec![vec![panel]])
+}
+
+#[test]
+fn what_is_outside_the_axes_is_cut_off() {
+    let square = |points| {
+        let axis = || Axis::linear("", [0.0, 1.0]);
+        let line = Layer::line(points, Color::Accent).wide(6.0);
+        let panel = Panel::new("", axis(), axis(), vec![line]).square();
+        Figure::new("cut", "", 60.0, vec![vec![panel]]).with_width(60.0)
+    };
+    let accent = |figure: &Figure| -> Vec<[usize; 2]> {
+        let png = figure.png(&LOOK).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        let width = info.width as usize;
+        let samples = info.color_type.samples();
+        let colored = pixels.chunks(samples).enumerate();
+        let colored = colored.filter(|(_, pixel)| pixel[..3] == Color::Accent.on_light());
+        colored.map(|(k, _)| [k % width, k / width]).collect()
+    };
+    // A diagonal that goes on far beyond both corners fills the same square as one that ends there.
+    let inside = accent(&square(vec![[0.0, 0.0], [1.0, 1.0]]));
+    let beyond = accent(&square(vec![[-9.0, -9.0], [9.0, 9.0]]));
+    let ends = |pixels: &[[usize; 2]], c: usize| {
+        let along = || pixels.iter().map(|pixel| pixel[c]);
+        [along().min().unwrap(), along().max().unwrap()]
+    };
+    for c in [0, 1] {
+        let (inside, beyond) = (ends(&inside, c), ends(&beyond, c));
+        for (inside, beyond) in inside.into_iter().zip(beyond) {
+            assert!(inside.abs_diff(beyond) < 12, "{inside} and {beyond}");
+        }
+    }
+    // A line that never comes between the axes leaves nothing.
+    assert!(accent(&square(vec![[2.0, -1.0], [3.0, 5.0]])).is_empty());
+}
+
+#[test]
+fn every_shape_is_drawn_in_every_format_and_style() {
+    for style in [Style::Paper, Style::Screen, Style::Slides] {
+        let look = Look { style, size: None };
+        let svg = everything().svg(&look);
+        for words in [
+            "one panel",
+            "a line",
+            "columns",
+            "f1",
+            "f2",
+            "chosen",
+            "a text",
+            "a note",
+            "x, mm",
+        ] {
+            assert!(svg.contains(words), "{words}");
+        }
+        assert!(svg.contains("<image") && svg.contains("stroke-dasharray"));
+        // Only paper leaves the title to the caption; it is in the metadata of all.
+        assert_eq!(
+            svg.matches("Everything").count(),
+            1 + usize::from(look.has_title())
+        );
+        let [svg, png, pdf] = Format::ALL.map(|format| everything().file(&look, format).unwrap());
+        assert!(svg.starts_with(b"<svg"));
+        assert!(png.starts_with(b"\x89PNG"));
+        assert!(pdf.starts_with(b"%PDF-"));
+        show(&everything(), &png);
+    }
+    let sized = Look {
+        style: Style::Paper,
+        size: Some("90x60".parse().unwrap()),
+    };
+    assert!(
+        everything()
+            .svg(&sized)
+            .contains("width=\"90.00mm\" height=\"60.00mm\"")
+    );
+    // 90 mm at 300 dots per inch.
+    assert_eq!(size(&everything().png(&sized).unwrap()), [1063, 709]);
+}

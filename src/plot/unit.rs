@@ -1,0 +1,110 @@
+//! Units to draw values in.
+
+/// A unit that makes numbers of a size read well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// Its symbol; may be empty.
+    pub symbol: String,
+    /// How many of it make the unit of the values.
+    pub factor: f64,
+}
+
+impl Unit {
+    /// For values up to `largest` in `unit`: with a prefix where the unit takes one, else with a power of
+    /// ten.
+    pub fn of(unit: &str, largest: f64) -> Self {
+        const PREFIXED: [&str; 10] = ["m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "s", "Hz"];
+        const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
+        let step = match largest.is_finite() && largest > 0.0 {
+            true => (largest.log10() / 3.0 + 1e-9).floor() as i32,
+            false => 0,
+        };
+        if PREFIXED.contains(&unit) {
+            // Nobody writes kilometres of vibration or kiloseconds.
+            let most = if ["Pa", "V", "A", "N", "Hz"].contains(&unit) {
+                2
+            } else {
+                0
+            };
+            let step = step.clamp(-4, most);
+            return Self {
+                symbol: format!("{}{unit}", PREFIXES[(step + 4) as usize]),
+                factor: 10f64.powi(-3 * step),
+            };
+        }
+        if (-1..=1).contains(&step) {
+            return Self {
+                symbol: unit.to_owned(),
+                factor: 1.0,
+            };
+        }
+        let power = format!("1e{}", 3 * step).replace('-', "−");
+        Self {
+            symbol: format!("{power} {unit}").trim_end().to_owned(),
+            factor: 10f64.powi(-3 * step),
+        }
+    }
+
+    /// A name with the unit after it, if there is one.
+    pub fn after(&self, name: &str) -> String {
+        match &*self.symbol {
+            "" => name.to_owned(),
+            symbol => format!("{name}, {symbol}"),
+        }
+    }
+}
+
+/// A number for a label: at most three significant digits, no trailing zeros.
+pub fn short(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    if x.abs() < 1e-4 || x.abs() >= 1e6 {
+        let text = format!("{x:.2e}");
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        let digits = digits.trim_end_matches('0').trim_end_matches('.');
+        return format!("{digits}e{power}");
+    }
+    let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{x:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (0.25, "0.25"),
+            (4.117, "4.12"),
+            (12.0, "12"),
+            (-0.5, "-0.5"),
+            (1234.0, "1234"),
+            (1e-5, "1e-5"),
+            (-1.234e7, "-1.23e7"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(short(x), text);
+        }
+    }
+
+    #[test]
+    fn units_fit_the_size() {
+        let symbol = |unit, largest| Unit::of(unit, largest).symbol;
+        assert_eq!(symbol("m", 7e-7), "nm");
+        assert_eq!(symbol("m", 1e-6), "µm");
+        assert_eq!(symbol("m/s", 0.02), "mm/s");
+        assert_eq!(symbol("Hz", 15e3), "kHz");
+        assert_eq!(symbol("s", 4e5), "s");
+        assert_eq!(symbol("", 0.3), "");
+        assert_eq!(symbol("counts", 3e7), "1e6 counts");
+        assert_eq!(Unit::of("m", 0.0).factor, 1.0);
+        assert_eq!(Unit::of("m", 2e-6).after("u"), "u, µm");
+    }
+}

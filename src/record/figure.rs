@@ -1,0 +1,471 @@
+//! A panel of a figure in the viewer: its layers as entities below the panel's path.
+//!
+//! | what | entity |
+//! |---|---|
+//! | axes, legend | `PATH/axes`, `PATH/key` |
+//! | a layer, or several with one name | `PATH/ID` |
+//! | names of peaks and their stems | `PATH/names`, `PATH/stems` |
+//! | caption, note | `PATH/caption`, `PATH/note` |
+
+use rerun::{
+    AnnotationContext, AsComponents, Clear, Color, LineStrips2D, Points2D, Radius,
+    SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
+};
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot, key_height},
+    spectrum::{self, Named},
+    stream::{self, Moment, RecordingStream},
+    style,
+};
+use crate::{
+    escape,
+    plot::{Image, Layer, Marker, Panel, Shape},
+};
+
+/// Half the size of a cross, pixels.
+const CROSS: f32 = 6.0;
+/// Lengths of the strokes of a dashed line and of the gaps between them, pixels.
+const STROKE: f32 = 8.0;
+const GAP: f32 = 6.0;
+/// Width of a letter in the field, pixels.
+const LETTER: f32 = 8.0;
+/// Points of the screen for a point of paper.
+const ENLARGED: f64 = 0.8;
+
+/// Where panels of one kind are drawn: the size of their field, and what stands there now.
+pub struct View {
+    path: String,
+    field: [f32; 2],
+    axes: Axes,
+    /// Size and palette of the image that is there.
+    image: Option<([usize; 2], usize)>,
+}
+
+/// What is logged of one entity.
+#[derive(Default)]
+struct Entity {
+    strips: Vec<Vec<[f32; 2]>>,
+    strip_colors: Vec<Color>,
+    points: Vec<[f32; 2]>,
+    point_colors: Vec<Color>,
+    labels: Vec<String>,
+    /// Half the width of strips and the radius of points; `None` for those of the view.
+    radius: Option<f32>,
+    has_strips: bool,
+    has_points: bool,
+    /// Whether the labels are on show, and not only where the pointer is.
+    written: bool,
+    order: f32,
+}
+
+impl View {
+    /// Panels below a path whose field has a size, pixels.
+    pub fn new(path: impl Into<String>, field: [f32; 2]) -> Self {
+        Self {
+            path: path.into(),
+            field,
+            axes: Axes::default(),
+            image: None,
+        }
+    }
+
+    /// The path.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// What a view must show of a panel.
+    pub fn bounds(&self, panel: &Panel) -> Bounds {
+        self.plot(panel).bounds()
+    }
+
+    /// The plane of a panel.
+    pub fn plot(&self, panel: &Panel) -> Plot {
+        let has_peaks = |layer: &Layer| matches!(layer.shape, Shape::Peaks(_));
+        let [width, height] = self.field;
+        Plot {
+            width,
+            height,
+            head: match panel.layers.iter().any(has_peaks) {
+                true => spectrum::NAMES_HEIGHT,
+                false => match &key(panel)[..] {
+                    [] if panel.caption.is_empty() => 0.0,
+                    [] => CAPTION_HEIGHT,
+                    key => key_height(width, key),
+                },
+            },
+            x: panel.x.clone(),
+            y: panel.y.clone(),
+            grid: !panel.has_image(),
+        }
+    }
+
+    /// Draws a panel, for all times or from a moment on.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        at: Option<Moment>,
+        panel: &Panel,
+    ) -> Result<(), RecordError> {
+        let plot = self.plot(panel);
+        let axes = self.at(paths::PANEL_AXES);
+        match at {
+            Some(at) => self.axes.draw(rec, &axes, at, &plot)?,
+            None => plot.draw(rec, &axes, None)?,
+        }
+        let key = key(panel);
+        if !key.is_empty() {
+            plot.draw_key(rec, &self.at(paths::PANEL_KEY), &key)?;
+        }
+        self.draw_layers(rec, at, &plot, &panel.layers)?;
+        // What changes says each time whether there is something.
+        if at.is_some() {
+            let middle = [0.5 * plot.width, 0.5 * plot.height];
+            log(
+                rec,
+                &self.at(paths::PANEL_NOTE),
+                at,
+                &words(&panel.note, middle, style::POLE),
+            )?;
+        }
+        if !panel.caption.is_empty() {
+            let above = words(&panel.caption, [0.5 * plot.width, -36.0], style::AXIS);
+            log(rec, &self.at(paths::PANEL_CAPTION), at, &above)?;
+        }
+        Ok(())
+    }
+
+    /// Draws layers; those of one name make one entity.
+    pub fn draw_layers(
+        &mut self,
+        rec: &RecordingStream,
+        at: Option<Moment>,
+        plot: &Plot,
+        layers: &[Layer],
+    ) -> Result<(), RecordError> {
+        let mut entities: Vec<(&str, Entity)> = Vec::new();
+        for (number, layer) in layers.iter().enumerate() {
+            match &layer.shape {
+                Shape::Image(image) => self.draw_image(rec, at, plot, &layer.id, image)?,
+                Shape::Peaks(peaks) => self.draw_peaks(rec, at, plot, layer, peaks)?,
+                _ => {
+                    let place = entities.iter().position(|(id, _)| *id == layer.id);
+                    let place = place.unwrap_or_else(|| {
+                        entities.push((&layer.id, Entity::default()));
+                        entities.len() - 1
+                    });
+                    entities[place].1.add(plot, layer, number as f32);
+                }
+            }
+        }
+        for (id, entity) in entities {
+            entity.log(rec, &self.at(id), at)?;
+        }
+        Ok(())
+    }
+
+    fn at(&self, id: &str) -> String {
+        format!("{}/{id}", self.path)
+    }
+
+    fn draw_image(
+        &mut self,
+        rec: &RecordingStream,
+        at: Option<Moment>,
+        plot: &Plot,
+        id: &str,
+        image: &Image,
+    ) -> Result<(), RecordError> {
+        let path = self.at(id);
+        if image.pixels.is_empty() {
+            // The size goes with the image.
+            self.image = None;
+            return log(rec, &path, at, &Clear::flat());
+        }
+        let now = Some((image.size, image.palette.len()));
+        if self.image != now {
+            self.image = now;
+            let classes = image.palette.iter().zip(0u16..).map(|(swatch, id)| {
+                let [r, g, b] = swatch.dark;
+                let color = rerun::Rgba32::from_rgb(r, g, b);
+                rerun::ClassDescription::from((id, &*swatch.name, color))
+            });
+            let classes = AnnotationContext::new(classes.collect::<Vec<_>>());
+            rec.log_static(&*path, &classes)?;
+            let [left, top] = plot.at(image.x[0], image.y[1]);
+            let [right, bottom] = plot.at(image.x[1], image.y[0]);
+            let [columns, rows] = image.size.map(|side| side as f32);
+            let scale = [(right - left) / columns, (bottom - top) / rows, 1.0];
+            let place = Transform3D::from_translation([left, top, 0.0]).with_scale(scale);
+            log(rec, &path, at, &place)?;
+        }
+        let size = image.size.map(|side| side as u32);
+        let format = ImageFormat::segmentation(size, ChannelDatatype::U8);
+        let picture = SegmentationImage::new(image.pixels.clone(), format)
+            .with_opacity(1.0)
+            .with_draw_order(-2.0);
+        log(rec, &path, at, &picture)
+    }
+
+    fn draw_peaks(
+        &self,
+        rec: &RecordingStream,
+        at: Option<Moment>,
+        plot: &Plot,
+        layer: &Layer,
+        peaks: &[([f64; 2], String)],
+    ) -> Result<(), RecordError> {
+        let color = style::meaning(layer.color);
+        let tips: Vec<[f32; 2]> = peaks.iter().map(|([x, y], _)| plot.at(*x, *y)).collect();
+        let points = Points2D::new(tips.iter().copied())
+            .with_colors([color])
+            .with_radii([Radius::new_ui_points(2.5)]);
+        log(rec, &self.at(&layer.id), at, &points)?;
+        let named = tips.iter().zip(peaks).map(|(tip, (_, name))| Named {
+            tip: *tip,
+            name: name.clone(),
+        });
+        let (names, stems) = spectrum::names_and_stems(plot.width, named, color);
+        log(rec, &self.at(paths::PANEL_NAMES), at, &names)?;
+        log(rec, &self.at(paths::PANEL_STEMS), at, &stems)
+    }
+}
+
+/// Looks that the viewer gives to points and crosses that have texts for the pointer: they must not say
+/// it themselves, since the tooltip names the components of what is pointed at only where they are no more
+/// than three, and their texts are one of them.
+pub fn default_looks() -> (Points2D, LineStrips2D) {
+    (
+        Points2D::update_fields()
+            .with_radii([Radius::new_ui_points(4.2)])
+            .with_show_labels(false),
+        LineStrips2D::update_fields()
+            .with_radii([Radius::new_ui_points(1.2)])
+            .with_show_labels(false),
+    )
+}
+
+/// Names of layers in their colours.
+fn key(panel: &Panel) -> Vec<(String, Color)> {
+    let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
+    let named = named.map(|layer| {
+        (
+            escape::line(&layer.label).into_owned(),
+            style::meaning(layer.color),
+        )
+    });
+    named.collect()
+}
+
+/// A text at a place; an empty one takes away what is there.
+fn words(text: &str, at: [f32; 2], color: Color) -> Points2D {
+    let text = Some(escape::line(text)).filter(|text| !text.is_empty());
+    Points2D::new(text.as_ref().map(|_| at))
+        .with_colors(text.as_ref().map(|_| color))
+        .with_labels(text.as_deref())
+        .with_show_labels(true)
+        .with_radii([Radius::new_ui_points(0.0)])
+}
+
+fn log(
+    rec: &RecordingStream,
+    path: &str,
+    at: Option<Moment>,
+    what: &dyn AsComponents,
+) -> Result<(), RecordError> {
+    match at {
+        Some(at) => stream::log_at(rec, path, at, what),
+        None => rec.log_static(path, what),
+    }
+}
+
+impl Entity {
+    /// Adds a layer, the one with such a number.
+    fn add(&mut self, plot: &Plot, layer: &Layer, number: f32) {
+        let color = style::meaning(layer.color);
+        let place = |[x, y]: [f64; 2]| plot.at(x, y);
+        let finite = |point: &&[f64; 2]| point.iter().all(|c| c.is_finite());
+        self.order = number;
+        match &layer.shape {
+            Shape::Lines {
+                strips,
+                width,
+                dashed,
+            } => {
+                self.radius = Some((ENLARGED * width) as f32);
+                for strip in strips {
+                    let strip = strip.iter().filter(finite).map(|point| place(*point));
+                    let strip: Vec<[f32; 2]> = strip.collect();
+                    match dashed {
+                        true => self.add_strips(dashes(&strip), color),
+                        false => self.add_strips([strip], color),
+                    }
+                }
+            }
+            Shape::Points {
+                points,
+                radius,
+                marker,
+                hover,
+            } => {
+                let places = points.iter().filter(finite).map(|point| place(*point));
+                let hover_texts = hover.iter().map(|text| escape::lines(text).into_owned());
+                self.labels.extend(hover_texts);
+                // A screen shows no smaller ones.
+                self.radius = hover.is_empty().then_some((1.2 * radius).max(1.6) as f32);
+                match marker {
+                    Marker::Cross => self.add_strips(places.map(cross), color),
+                    _ => self.add_points(places, color),
+                }
+            }
+            Shape::Areas { outlines, .. } => {
+                self.radius = Some(0.6);
+                for outline in outlines {
+                    let corners = outline.iter().chain(outline.first());
+                    self.add_strips([corners.map(|point| place(*point)).collect()], color);
+                }
+            }
+            Shape::Text(at, text) => {
+                // A text hangs in its middle.
+                let [x, y] = place(*at);
+                let half = 0.5 * LETTER * text.chars().count() as f32 + GAP;
+                self.add_points([[x + half, y - 13.0]], color);
+                self.labels.push(escape::line(text).into_owned());
+                (self.radius, self.written) = (Some(0.0), true);
+            }
+            Shape::Image(_) | Shape::Peaks(_) => {}
+        }
+    }
+
+    fn add_strips(&mut self, strips: impl IntoIterator<Item = Vec<[f32; 2]>>, color: Color) {
+        self.has_strips = true;
+        // Nothing to draw is no strip, rather than one without points.
+        for strip in strips.into_iter().filter(|strip| strip.len() > 1) {
+            self.strips.push(strip);
+            self.strip_colors.push(color);
+        }
+    }
+
+    fn add_points(&mut self, points: impl IntoIterator<Item = [f32; 2]>, color: Color) {
+        self.has_points = true;
+        for point in points {
+            self.points.push(point);
+            self.point_colors.push(color);
+        }
+    }
+
+    fn log(
+        mut self,
+        rec: &RecordingStream,
+        path: &str,
+        at: Option<Moment>,
+    ) -> Result<(), RecordError> {
+        if self.has_strips {
+            let mut strips = LineStrips2D::new(std::mem::take(&mut self.strips))
+                .with_colors(single(std::mem::take(&mut self.strip_colors)));
+            if let Some(radius) = self.radius {
+                let radius = Radius::new_ui_points(radius);
+                strips = strips.with_radii([radius]).with_draw_order(self.order);
+            }
+            if !self.has_points && !self.labels.is_empty() {
+                strips = strips.with_labels(std::mem::take(&mut self.labels));
+            }
+            log(rec, path, at, &strips)?;
+        }
+        if !self.has_points {
+            return Ok(());
+        }
+        if self.labels.is_empty() {
+            self.thin_out();
+        }
+        let mut points = Points2D::new(self.points).with_colors(single(self.point_colors));
+        if let Some(radius) = self.radius {
+            let radius = Radius::new_ui_points(radius);
+            points = points.with_radii([radius]).with_draw_order(self.order);
+        }
+        if !self.labels.is_empty() {
+            points = points.with_labels(self.labels);
+        }
+        if self.written {
+            points = points.with_show_labels(true);
+        }
+        log(rec, path, at, &points)
+    }
+
+    /// Points that cover each other within a quarter of a pixel are one.
+    fn thin_out(&mut self) {
+        let near = |[x, y]: [f32; 2]| [x, y].map(|c| (4.0 * c).round() as i32);
+        let colored = self.points.iter().zip(&self.point_colors);
+        let mut colored: Vec<([i32; 2], Color)> = colored.map(|(p, c)| (near(*p), *c)).collect();
+        colored.sort_by_key(|(at, _)| *at);
+        colored.dedup_by_key(|(at, _)| *at);
+        self.points = colored
+            .iter()
+            .map(|(at, _)| at.map(|c| c as f32 / 4.0))
+            .collect();
+        self.point_colors = colored.into_iter().map(|(_, color)| color).collect();
+    }
+}
+
+/// One colour, if all are the same.
+fn single(mut colors: Vec<Color>) -> Vec<Color> {
+    if colors.iter().all(|color| Some(color) == colors.first()) {
+        colors.truncate(1);
+    }
+    colors
+}
+
+/// A cross in one stroke through the middle, so that each has its own text.
+fn cross([x, y]: [f32; 2]) -> Vec<[f32; 2]> {
+    let ends = [
+        [-1.0, -1.0],
+        [1.0, 1.0],
+        [0.0, 0.0],
+        [-1.0, 1.0],
+        [1.0, -1.0],
+    ];
+    let ends = ends.map(|[right, down]| [x + CROSS * right, y + CROSS * down]);
+    ends.to_vec()
+}
+
+/// The strokes of a dashed line.
+fn dashes(line: &[[f32; 2]]) -> Vec<Vec<[f32; 2]>> {
+    let strokes = line.windows(2).flat_map(|pair| {
+        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+        let length = (x1 - x0).hypot(y1 - y0);
+        let count = (length / (STROKE + GAP)).ceil() as u32;
+        (0..count).map(move |k| {
+            let from = k as f32 * (STROKE + GAP);
+            let ends = [from, (from + STROKE).min(length)].map(|along| along / length);
+            let ends = ends.map(|share| [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]);
+            ends.to_vec()
+        })
+    });
+    strokes.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_stay_on_the_line() {
+        let strokes = dashes(&[[0.0, 5.0], [30.0, 5.0]]);
+        assert_eq!(strokes[0], [[0.0, 5.0], [8.0, 5.0]]);
+        assert_eq!(strokes.last().unwrap()[1], [30.0, 5.0]);
+        assert_eq!(strokes.len(), 3);
+    }
+
+    #[test]
+    fn points_that_cover_each_other_are_one() {
+        let mut entity = Entity::default();
+        let color = style::meaning(crate::plot::Color::Ink);
+        entity.add_points([[1.0, 1.0], [1.05, 1.0], [2.0, 1.0]], color);
+        entity.thin_out();
+        assert_eq!(entity.points, [[1.0, 1.0], [2.0, 1.0]]);
+        assert_eq!(single(entity.point_colors), [color]);
+    }
+}
