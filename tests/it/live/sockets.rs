@@ -270,12 +270,12 @@ fn a_lesson_says_that_the_tilt_is_another() {
         lesson.is_some_and(|lesson| lesson.contains(words))
     };
     let first = control.panel(|panel| says(panel, "computed"));
-    assert!(!says(&first, "is tilted to"), "{first}");
+    assert!(!says(&first, "tilted to"), "{first}");
     assert_eq!(control.ask(&tilt(5.0)), None);
     control.panel(|panel| {
         says(
             panel,
-            "tilted to **5.0°** now; what was computed holds for 3.5°",
+            "now tilted to **5.0°**; the computed values are for 3.5°",
         )
     });
 }
