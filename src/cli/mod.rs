@@ -20,6 +20,7 @@ pub mod calibrate;
 pub mod cost;
 pub mod cost_report;
 mod cost_view;
+mod document;
 pub mod effects;
 mod engine;
 mod error;
