@@ -26,6 +26,7 @@
 //! * [`import`]: signals from files that somebody else made.
 //! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
 //! * `escape` (private): text from foreign files, as it is shown.
+//! * `number`, `table` (private): numbers and tables as text.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
 pub mod analysis;
@@ -38,6 +39,11 @@ pub mod guide;
 pub mod import;
 pub mod joint;
 pub mod memory;
+#[cfg_attr(
+    not(feature = "cli"),
+    allow(dead_code, reason = "some formats are those of the terminal")
+)]
+mod number;
 pub mod numpy;
 pub mod pipeline;
 pub mod scene;
@@ -57,6 +63,8 @@ pub mod plot;
 pub mod record;
 #[cfg(feature = "sound")]
 pub mod sound;
+#[cfg(feature = "cli")]
+mod table;
 
 /// The version of this crate, as written into every recording and result.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -19,6 +19,7 @@ pub mod basins;
 pub mod calibrate;
 pub mod cost;
 pub mod cost_report;
+mod document;
 pub mod effects;
 mod engine;
 mod error;

@@ -6,12 +6,13 @@
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
-use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::audit::AuditReport;
+pub(super) use super::document::WrittenFile as FileReport;
+use super::document::list;
 use super::error::CliError;
 use super::flow_report::{ButterflyReport, ExponentsReport};
 use super::output::{OutputError, OutputFile};
@@ -171,28 +172,6 @@ pub struct LineReport {
     pub label: String,
 }
 
-/// A file written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct FileReport {
-    /// Its path.
-    pub path: PathBuf,
-    /// Its size, bytes.
-    pub bytes: u64,
-}
-
-impl FileReport {
-    /// A file that has just been written.
-    ///
-    /// # Errors
-    /// When it is not there.
-    pub fn of(file: &OutputFile) -> Result<Self, OutputError> {
-        Ok(Self {
-            path: file.path().to_owned(),
-            bytes: file.size()?,
-        })
-    }
-}
-
 impl RunReport {
     /// What a run came to.
     pub fn new(scene: &Scene, summary: &Summary, files: Vec<FileReport>) -> Self {
@@ -304,14 +283,7 @@ impl Report for RunReport {
         if let Some(heard) = &self.heard {
             let _ = writeln!(text, "  heard: {heard}");
         }
-        for file in &self.files {
-            let _ = writeln!(
-                text,
-                "  {} ({:.1} MB)",
-                escape::path(&file.path),
-                file.bytes as f64 / 1e6
-            );
-        }
+        text += &list(&self.files);
         text
     }
 }
@@ -465,10 +437,7 @@ impl Report for ModelReport {
 
 /// Adds the files written, a line each with its size.
 pub(super) fn list_files(text: &mut String, files: &[FileReport]) {
-    for file in files {
-        let size = file.bytes as f64 / 1e3;
-        let _ = writeln!(text, "  {} ({size:.1} kB)", escape::path(&file.path));
-    }
+    text.push_str(&list(files));
 }
 
 /// From radians back to the decimal of degrees that was written.

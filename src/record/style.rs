@@ -3,6 +3,7 @@
 
 use rerun::Color;
 
+pub(crate) use crate::number::short;
 use crate::{
     analysis::Regime,
     pipeline::message::{Header, NodeState, SignalInfo, Subject},

@@ -4,7 +4,6 @@
 //! The pipeline sends numbers ([`Observation`], [`Lesson`]); a sink that shows them turns them into words
 //! here.
 
-mod numbers;
 mod template;
 #[cfg(test)]
 mod tests;
@@ -15,8 +14,8 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Error, context};
 
 use crate::dynamics::{Motion, Sign};
+use crate::number::with_error;
 use crate::pipeline::message::{Exponents, FrictionReading, Header, Lesson, Observation, Subject};
-use numbers::with_error;
 use template::{fill, lesson_name};
 
 /// Level over the sliding speed below which nothing is audible.

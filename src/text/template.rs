@@ -6,8 +6,8 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use super::numbers::{percent, plain, quantity, tenths};
 use crate::escape;
+use crate::number::{percent, plain, quantity, tenths};
 use crate::scene::Mechanism;
 
 /// Each template with its text.

@@ -1,0 +1,193 @@
+//! Numbers as text: in sentences, tables and labels.
+
+/// A value rounded to so many digits, with an SI prefix: `4.12 kHz`, `690 nm`.
+pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+    const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
+    // The exponent is that of the rounded value: 999.9 is 1.00 k.
+    let text = format!("{value:.*e}", digits - 1);
+    let value = text.parse().unwrap_or(value);
+    let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
+    let exponent: i32 = exponent.unwrap_or(0);
+    let step = exponent.div_euclid(3).clamp(-5, 2);
+    let decimals = (digits as i32 - 1 - (exponent - 3 * step)).clamp(0, 2) as usize;
+    let scaled = value / 1000_f64.powi(step);
+    let prefix = PREFIXES[(step + 5) as usize];
+    format!("{scaled:.decimals$} {prefix}{unit}")
+}
+
+/// A share in per cent, to two digits: `0.085 %`, `12 %`.
+pub(crate) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    let magnitude = if value > 0.0 {
+        value.log10().floor()
+    } else {
+        0.0
+    };
+    let decimals = (1.0 - magnitude).clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$} %")
+}
+
+/// A number without a unit, to three digits where it is small, whole where it is large.
+pub(crate) fn plain(x: f64) -> String {
+    match x.abs() {
+        100.0.. => format!("{x:.0}"),
+        10.0.. => format!("{x:.1}"),
+        0.1.. => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    }
+}
+
+/// An angle (rad) in degrees, to a tenth.
+pub(crate) fn tenths(angle: f64) -> f64 {
+    (10.0 * angle.to_degrees()).round() / 10.0
+}
+
+/// A value with half the width of its 95 % interval.
+pub(crate) fn with_error(value: f64, half_width: f64) -> String {
+    if half_width.is_finite() {
+        let digits = if half_width < 0.1 { 2 } else { 1 };
+        let scale = 10f64.powi(digits);
+        // What is rounded to nothing has no sign.
+        let value = (scale * value).round() / scale + 0.0;
+        let digits = digits as usize;
+        format!("{value:.digits$} ± {half_width:.digits$}")
+    } else {
+        format!("{value:.1} (error not known)")
+    }
+}
+
+/// A number with so many significant digits; with a power of ten where it is smaller than 1e-4 or from 1e6 on.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let places = digits.saturating_sub(1);
+    match value.abs().log10().floor() as i32 {
+        magnitude @ -4..=5 => {
+            let decimals = (places as i32 - magnitude).max(0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.places$e}"),
+    }
+}
+
+/// A number for a label: at most three significant digits, no trailing zeros.
+pub(crate) fn short(value: f64) -> String {
+    let text = significant(value, 3);
+    let (digits, power) = match text.split_once('e') {
+        Some((digits, power)) => (digits, format!("e{power}")),
+        None => (&*text, String::new()),
+    };
+    match digits.contains('.') {
+        true => {
+            digits
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
+                + &power
+        }
+        false => text,
+    }
+}
+
+/// A time (s) with so many significant digits, in the unit that suits it: `1.50 s`, `12.3 ms`, `0.640 us`.
+pub(crate) fn time(seconds: f64, digits: usize) -> String {
+    let (scale, unit) = match seconds.abs() {
+        s if s == 0.0 || s >= 1.0 => (1.0, "s"),
+        s if s >= 1e-3 => (1e3, "ms"),
+        _ => (1e6, "us"),
+    };
+    format!("{} {unit}", significant(seconds * scale, digits))
+}
+
+/// A size of a file: `12.3 kB`, `4.5 MB`.
+pub(crate) fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// A number in a column, or nothing where there is none.
+pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
+    value
+        .into()
+        .map_or_else(String::new, |value| format!("{value:.decimals$}"))
+}
+
+/// A value and half the width of its interval, for a column each: to two digits of the latter; `?` where it is not
+/// known.
+pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
+    let decimals = match half_width > 0.0 && half_width.is_finite() {
+        true => (1.0 - half_width.log10().floor()).clamp(0.0, 9.0) as usize,
+        false => 3,
+    };
+    [value, half_width].map(|x| match x.is_finite() {
+        true => format!("{x:.decimals$}"),
+        false if x == f64::NEG_INFINITY => "-infinite".to_owned(),
+        false => "?".to_owned(),
+    })
+}
+
+/// The same in one: `61.2 +- 1.2`.
+pub(crate) fn uncertain(value: f64, half_width: f64) -> String {
+    value_and_error(value, half_width).join(" +- ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_have_two_digits() {
+        assert_eq!(percent(0.000_85), "0.085 %");
+        assert_eq!(percent(0.0231), "2.3 %");
+        assert_eq!(percent(0.5), "50 %");
+        assert_eq!(percent(0.0), "0.0 %");
+    }
+
+    #[test]
+    fn quantities_have_three_digits_and_a_prefix() {
+        assert_eq!(quantity(4117.3, 3, "Hz"), "4.12 kHz");
+        assert_eq!(quantity(240.4, 3, "Hz"), "240 Hz");
+        assert_eq!(quantity(999.9, 3, "Hz"), "1.00 kHz");
+        assert_eq!(quantity(6.9e-7, 3, "m"), "690 nm");
+        assert_eq!(quantity(0.01784, 3, "m/s"), "17.8 mm/s");
+        assert_eq!(quantity(0.0, 3, "m/s"), "0.00 m/s");
+        assert_eq!(quantity(3e-18, 3, "m"), "0.00 fm");
+        assert_eq!(quantity(-2.5e-6, 3, "m"), "-2.50 µm");
+        assert_eq!(quantity(953.4e-6, 2, "s"), "950 µs");
+        assert_eq!(quantity(1.249e-3, 2, "s"), "1.2 ms");
+    }
+    #[test]
+    fn labels_have_at_most_three_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (0.25, "0.25"),
+            (4.117, "4.12"),
+            (12.0, "12"),
+            (-0.5, "-0.5"),
+            (1234.0, "1234"),
+            (1e-5, "1e-5"),
+            (-1.234e7, "-1.23e7"),
+        ] {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(significant(0.006_4, 4), "0.006400");
+        assert_eq!(significant(f64::NAN, 4), "NaN");
+        assert_eq!(time(6.4e-7, 3), "0.640 us");
+        assert_eq!(time(0.25, 4), "250.0 ms");
+        assert_eq!(size(12_345), "12.3 kB");
+        assert_eq!(size(4_500_000), "4.5 MB");
+        assert_eq!(fixed(None, 1), "");
+        assert_eq!(fixed(2.25, 1), "2.2");
+    }
+
+    #[test]
+    fn values_have_as_many_places_as_they_are_worth() {
+        assert_eq!(uncertain(61.237, 1.25), "61.2 +- 1.2");
+        assert_eq!(uncertain(-1234.5, 31.0), "-1234 +- 31");
+        assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");
+        assert_eq!(uncertain(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
+    }
+}
