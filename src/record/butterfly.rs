@@ -206,7 +206,7 @@ fn document(header: &Header, parting: &Parting) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::demo;
+    use crate::record::tests::demo;
 
     #[test]
     fn parting_reads_well() {

@@ -254,7 +254,7 @@ pub fn with_error(value: &Exponent, factor: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{dynamics::Motion, record::demo};
+    use crate::{dynamics::Motion, record::tests::demo};
 
     #[test]
     fn exponents_read_well() {

@@ -71,10 +71,6 @@ mod vantage;
 mod viewer;
 
 #[cfg(test)]
-mod demo;
-#[cfg(test)]
-mod shown_tests;
-#[cfg(test)]
 mod tests;
 
 pub use audience::{Audience, Piece};

@@ -350,7 +350,7 @@ mod tests {
 
     use super::*;
     use crate::pipeline::Sink;
-    use crate::record::{Output, RerunSink, demo};
+    use crate::record::{Output, RerunSink, tests::demo};
 
     /// A recording of somebody else's, written by `log`.
     fn foreign(path: &Path, log: impl Fn(&RecordingStream)) {

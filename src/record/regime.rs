@@ -103,7 +103,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{analysis::Evidence, record::demo};
+    use crate::{analysis::Evidence, record::tests::demo};
 
     #[test]
     fn a_verdict_reads_well() {

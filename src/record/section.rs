@@ -223,7 +223,7 @@ fn plot(x: Axis, y: Axis) -> Plot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{demo, stream::in_memory};
+    use crate::record::{stream::in_memory, tests::demo};
 
     #[test]
     fn axes_are_alike_and_hold_the_newest_passages() {

@@ -82,7 +82,7 @@ fn turned(v: [f64; 3], angle: f64, azimuth: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::demo;
+    use crate::record::tests::demo;
 
     fn vantage(tilts: [f64; 2], azimuth: f64) -> Vantage {
         let [min_tilt, max_tilt] = tilts.map(f64::to_radians);

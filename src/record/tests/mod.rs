@@ -15,7 +15,7 @@ use rerun::{
 };
 
 use super::{
-    APPLICATION, Audience, Output, Piece, RecordError, RerunSink, blueprint, demo, encode::Encoder,
+    APPLICATION, Audience, Output, Piece, RecordError, RerunSink, blueprint, encode::Encoder,
     file_stream, paths, stream,
 };
 use crate::pipeline::{
@@ -24,6 +24,9 @@ use crate::pipeline::{
     run,
 };
 use crate::scene::Scene;
+
+pub mod demo;
+mod shown;
 
 /// What an entity holds.
 #[derive(Clone, Debug, Default)]

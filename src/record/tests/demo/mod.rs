@@ -1,4 +1,4 @@
-//! A made-up run for the tests of this room: a tone that grows, then two tones that share no
+//! A made-up run for the tests of recordings: a tone that grows, then two tones that share no
 //! period, then two tones of wandering phase. No physics; only the shape of the real records.
 
 mod laboratory;

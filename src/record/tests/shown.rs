@@ -7,11 +7,12 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Output, RerunSink, demo};
+use super::demo;
 use crate::pipeline::{
     Sink,
     message::{Header, Record, Subject},
 };
+use crate::record::{Output, RerunSink};
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {
