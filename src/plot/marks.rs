@@ -65,7 +65,9 @@ pub fn draw(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
 pub fn write(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
     match &layer.shape {
         Shape::Text(place, words) => {
-            if let Some(at) = field.at(*place).filter(|_| field.holds(*place)) {
+            if let Some([x, y]) = field.at(*place).filter(|_| field.holds(*place)) {
+                // Clear of an axis that it begins at.
+                let at = [x + 0.5 * canvas.letters, y];
                 canvas.write(at, words, Anchor::Start, (1.0, false, layer.color));
             }
         }

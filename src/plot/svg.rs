@@ -160,7 +160,9 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Frame) {
 
 /// Width of the labels of the vertical axis and of its name.
 fn names_width(panel: &Panel, height: f64, letters: f64) -> f64 {
-    let ticks = panel.y.ticks(most_ticks(&panel.y, height, letters, true));
+    let ticks = panel
+        .y
+        .ticks(most_ticks(&panel.y, height, letters, !panel.square));
     let labels = panel.y.labels(&ticks);
     let widths = labels
         .iter()
@@ -173,9 +175,10 @@ fn names_width(panel: &Panel, height: f64, letters: f64) -> f64 {
     widths.fold(0.0, f64::max) + name
 }
 
-/// How many ticks an axis of a length has room for.
-fn most_ticks(axis: &Axis, length: f64, letters: f64, upright: bool) -> usize {
-    let room = match (upright, axis.scale) {
+/// How many ticks an axis of a length has room for: an upright one for more, unless it is a side of a square, of which
+/// both have the same.
+fn most_ticks(axis: &Axis, length: f64, letters: f64, close: bool) -> usize {
+    let room = match (close, axis.scale) {
         (true, Scale::Logarithmic) => 2.0,
         (true, _) => 3.5,
         (false, _) => 7.0,
@@ -236,7 +239,7 @@ impl<'a> Head<'a> {
 
     fn height(&self, letters: f64) -> f64 {
         let lines = self.title.len() + self.caption.len() + self.legend.len();
-        (LINE * lines as f64 + 0.7) * letters
+        (LINE * lines as f64 + 0.9) * letters
     }
 
     fn draw(&self, canvas: &mut Canvas, cell: Frame) {
@@ -327,7 +330,7 @@ fn axes(canvas: &mut Canvas, panel: &Panel, frame: Frame) {
     canvas.write(middle, &panel.x.label(), Anchor::Middle, faint);
     let ticks = panel
         .y
-        .ticks(most_ticks(&panel.y, frame.height, letters, true));
+        .ticks(most_ticks(&panel.y, frame.height, letters, !panel.square));
     let labels = panel.y.labels(&ticks);
     let widths = labels
         .iter()

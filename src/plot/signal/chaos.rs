@@ -54,10 +54,7 @@ impl View<'_> {
         let test = &self.report.zero_one;
         let k = Panel::new(
             format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
-            Axis::linear(
-                "frequency c, rad",
-                extent(test.by_frequency.iter().map(|p| p[0])),
-            ),
+            Axis::around("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
             Axis::linear("K", [-1.05, 1.05]),
             vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
         );
