@@ -28,6 +28,14 @@
 //! * `escape` (private): text from foreign files, as it is shown.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
+#![cfg_attr(
+    test,
+    allow(
+        clippy::too_many_lines,
+        reason = "the steps of a test are read in one place"
+    )
+)]
+
 pub mod analysis;
 pub mod dynamics;
 pub mod export;

@@ -17,12 +17,13 @@ use super::run::command_line;
 use super::study_args::CostArgs;
 use super::sweep::{Drawn, write_figures};
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
+use crate::study::Watch;
+use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, advice};
 
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Turns the knobs.
-    pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
+    pub cost: fn(&CostPlan, Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause>,
     /// Draws the figures.
     pub draw: fn(&CostStudy) -> Result<Vec<Drawn>, Cause>,
     /// Records the study of a plan, started by a command, into a file.
@@ -89,7 +90,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     engine::check_memory()?;
     engine::start_pool()?;
     let progress = Progress::of_estimate();
-    let found = (tools.cost)(&plan, &mut |knob, share| {
+    let found = (tools.cost)(&plan, &mut |(knob, share)| {
         progress.tell(share, knob.name().to_owned());
         interrupt::goes_on(stop)
     });
@@ -196,8 +197,8 @@ mod tests {
     }
 
     /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
-    fn turned(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cause> {
-        if !watch(Knob::Integrator, 0.5) {
+    fn turned(plan: &CostPlan, watch: Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause> {
+        if !watch((Knob::Integrator, 0.5)) {
             return Ok(None);
         }
         let set = |family: &str, points| CostSet {

@@ -19,7 +19,8 @@ use super::sweep::{Drawn, write_figures};
 use crate::VERSION;
 use crate::escape;
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
+use crate::study::Watch;
+use crate::study::growth::{Grown, Growth, GrowthPlan, Size};
 use crate::study::threads;
 
 const NAME: Style = Style::new().bold();
@@ -27,7 +28,7 @@ const NAME: Style = Style::new().bold();
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Measures; and whether it was let to its end.
-    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Grown, Cause>,
+    pub growth: fn(&GrowthPlan, Watch<'_, (Size, f64)>) -> Result<Grown, Cause>,
     /// Draws the figure of a scene.
     pub draw: fn(&str, &[Growth]) -> Result<Vec<Drawn>, Cause>,
 }
@@ -65,7 +66,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     check_beside(&args.out, "--out", &names, &others)?;
     engine::start_pool()?;
     let progress = Progress::of_estimate();
-    let found = (tools.growth)(&plan, &mut |size, share| {
+    let found = (tools.growth)(&plan, &mut |(size, share)| {
         progress.tell(share, size.name().to_owned());
         interrupt::goes_on(stop)
     });
@@ -227,7 +228,7 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         growth: |plan, watch| {
-            if !watch(Size::Nodes, 0.5) {
+            if !watch((Size::Nodes, 0.5)) {
                 return Ok((Vec::new(), false));
             }
             let point = |value: f64| GrowthPoint {

@@ -15,8 +15,9 @@ use super::progress::Progress;
 use super::report::{self, FileReport};
 use crate::dynamics::DynamicsError;
 use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::study::Watch;
 use crate::study::lyapunov::{
-    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
+    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov,
 };
 
 /// The name of the figure in a directory.
@@ -25,7 +26,8 @@ const PICTURE: &str = "lyapunov.png";
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Averages the exponents of a scene.
-    pub follow: fn(&Scene, &LyapunovRequest, Watch<'_>) -> Result<SceneLyapunov, Cause>,
+    pub follow:
+        fn(&Scene, &LyapunovRequest, Watch<'_, LyapunovProgress>) -> Result<SceneLyapunov, Cause>,
     /// Draws them, under a name, as a whole PNG.
     pub draw: fn(&str, &SceneLyapunov) -> Result<Vec<u8>, Cause>,
 }
