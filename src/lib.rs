@@ -29,6 +29,14 @@
 //! * `number`, `table` (private): numbers and tables as text.
 //! * [`guide`]: longer pages, on the equations and on numerical stability.
 
+#![cfg_attr(
+    test,
+    allow(
+        clippy::too_many_lines,
+        reason = "the steps of a test are read in one place"
+    )
+)]
+
 pub mod analysis;
 pub mod dynamics;
 pub mod export;

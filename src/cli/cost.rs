@@ -18,12 +18,13 @@ use super::run::command_line;
 use super::study_args::CostArgs;
 use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, Watch, advice};
+use crate::study::Watch;
+use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, advice};
 
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Turns the knobs.
-    pub cost: fn(&CostPlan, Watch<'_>) -> Result<Option<CostStudy>, Cause>,
+    pub cost: fn(&CostPlan, Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause>,
     /// The figures.
     pub draw: fn(&CostStudy) -> Vec<Figure>,
     /// Records the study of a plan, started by a command, into a file.
@@ -85,7 +86,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     engine::check_memory()?;
     engine::start_pool()?;
     let progress = Progress::of_estimate();
-    let found = (tools.cost)(&plan, &mut |knob, share| {
+    let found = (tools.cost)(&plan, &mut |(knob, share)| {
         progress.tell(share, knob.name().to_owned());
         interrupt::goes_on(stop)
     });
@@ -192,8 +193,8 @@ mod tests {
     }
 
     /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
-    fn turned(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cause> {
-        if !watch(Knob::Integrator, 0.5) {
+    fn turned(plan: &CostPlan, watch: Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause> {
+        if !watch((Knob::Integrator, 0.5)) {
             return Ok(None);
         }
         let set = |family: &str, points| CostSet {

@@ -15,14 +15,16 @@ use super::report::{self, Report};
 use crate::VERSION;
 use crate::escape;
 use crate::scene::Scene;
-use crate::study::effects::{Effects, Watch};
+use crate::study::Watch;
+use crate::study::effects::Effects;
 
 const NAME: Style = Style::new().bold();
 const ON: Style = AnsiColor::Green.on_default();
 const OFF: Style = Style::new().dimmed();
 
 /// Measures the effects of a scene.
-pub(super) type Measure = fn(&Scene, &Arc<AtomicBool>, Watch<'_>) -> Result<Option<Effects>, Cause>;
+pub(super) type Measure =
+    fn(&Scene, &Arc<AtomicBool>, Watch<'_, f64>) -> Result<Option<Effects>, Cause>;
 
 /// Measures, and tells.
 ///

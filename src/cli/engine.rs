@@ -43,7 +43,8 @@ use crate::record::{Output, RerunSink, read_series};
 use crate::scene::{RecordSpec, Scene};
 use crate::sound::WavSink;
 use crate::study;
-use crate::study::effects::{Effects, Watch};
+use crate::study::Watch;
+use crate::study::effects::Effects;
 use crate::study::growth::Taken;
 use crate::study::lyapunov::scene_lyapunov;
 use crate::study::paper::{EMBEDDED_AT, Evidence, MOTIONS, SUCCESSION, paper_evidence};
@@ -258,7 +259,7 @@ pub(super) const COST: cost::Tools = cost::Tools {
 pub(super) fn effects(
     scene: &Scene,
     stop: &Arc<AtomicBool>,
-    watch: Watch<'_>,
+    watch: Watch<'_, f64>,
 ) -> Result<Option<Effects>, Cause> {
     // Made when measuring has begun: before that, a signal ends the program as it is.
     let mut folder = None;

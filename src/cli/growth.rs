@@ -20,7 +20,8 @@ use crate::VERSION;
 use crate::escape;
 use crate::plot::Figure;
 use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::growth::{Grown, Growth, GrowthPlan, Watch};
+use crate::study::Watch;
+use crate::study::growth::{Grown, Growth, GrowthPlan, Size};
 use crate::study::threads;
 
 const NAME: Style = Style::new().bold();
@@ -28,7 +29,7 @@ const NAME: Style = Style::new().bold();
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Measures; and whether it was let to its end.
-    pub growth: fn(&GrowthPlan, Watch<'_>) -> Result<Grown, Cause>,
+    pub growth: fn(&GrowthPlan, Watch<'_, (Size, f64)>) -> Result<Grown, Cause>,
     /// The figure of a scene.
     pub draw: fn(&str, &[Growth]) -> Figure,
 }
@@ -67,7 +68,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
     check_beside(&args.out, "--out", &names, &others)?;
     engine::start_pool()?;
     let progress = Progress::of_estimate();
-    let found = (tools.growth)(&plan, &mut |size, share| {
+    let found = (tools.growth)(&plan, &mut |(size, share)| {
         progress.tell(share, size.name().to_owned());
         interrupt::goes_on(stop)
     });
@@ -229,7 +230,7 @@ mod tests {
 
     const TOOLS: Tools = Tools {
         growth: |plan, watch| {
-            if !watch(Size::Nodes, 0.5) {
+            if !watch((Size::Nodes, 0.5)) {
                 return Ok((Vec::new(), false));
             }
             let point = |value: f64| GrowthPoint {

@@ -19,14 +19,16 @@ use super::report::{self, FileReport};
 use crate::dynamics::DynamicsError;
 use crate::plot::{Figure, Format};
 use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::study::Watch;
 use crate::study::lyapunov::{
-    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, Watch,
+    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov,
 };
 
 /// What the rest of the crate does for this command.
 pub(super) struct Tools {
     /// Averages the exponents of a scene.
-    pub follow: fn(&Scene, &LyapunovRequest, Watch<'_>) -> Result<SceneLyapunov, Cause>,
+    pub follow:
+        fn(&Scene, &LyapunovRequest, Watch<'_, LyapunovProgress>) -> Result<SceneLyapunov, Cause>,
     /// Their figure, under a name.
     pub draw: fn(&str, &SceneLyapunov) -> Figure,
 }

@@ -42,7 +42,7 @@ impl Desk {
 fn pretend(
     scene: &Scene,
     request: &LyapunovRequest,
-    watch: Watch<'_>,
+    watch: Watch<'_, LyapunovProgress>,
 ) -> Result<SceneLyapunov, Cause> {
     let largest = Exponent {
         value: 60.0,

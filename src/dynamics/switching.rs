@@ -61,7 +61,7 @@ pub trait Switching {
         gradient: &mut [f64],
     ) -> f64;
 
-    /// `dg/dz` of the reset map at a guard, applied in place to `width` tangent vectors (see
+    /// `dg/dz` of the reset map at a guard, applied in place to tangent vectors and their number (see
     /// [`Differentiable::product`](super::Differentiable::product) for their order). `status` and
     /// `z` are those before the reset. Nothing to do where the state goes on.
     fn reset_tangents(
@@ -70,8 +70,7 @@ pub trait Switching {
         _guard: usize,
         _t: f64,
         _z: &[f64],
-        _vectors: &mut [f64],
-        _width: usize,
+        _tangents: (&mut [f64], usize),
     ) {
     }
 

@@ -164,80 +164,75 @@ impl Terms {
                 terms[3][(i, i)] = 2.0 * ratio * model.omega[i];
             }
         }
-        let mut along = vec![0.0; m];
-        let mut outward = vec![0.0; m];
-        for k in 0..model.nodes() {
-            let (area, normal, shapes) = (model.areas[k], model.normals[k], model.shapes_at(k));
-            let contact = model.stiffness[k] * area;
-            for (outward, shape) in outward.iter_mut().zip(shapes) {
-                *outward = dot(*shape, normal);
-            }
-            add(&mut stiffness, contact, &outward, &outward);
-            let viscous = match model.contact_damping {
-                ContactDamping::None => 0.0,
-                ContactDamping::KelvinVoigt { time } => contact * time,
-                ContactDamping::HuntCrossley { dissipation } => {
-                    model.pre_stress[k] * area * dissipation
-                }
-            };
-            add(&mut terms[4], viscous, &outward, &outward);
-            let Some(law) = model.friction.law() else {
-                continue;
-            };
-            let radial = model.friction.radial();
-            let velocity = model.sliding_velocity[k];
-            let speed = dot(velocity, velocity).sqrt();
-            // A node that does not slide feels friction as a damper, the same in all directions: any
-            // of them will do.
-            let direction = unit(velocity).unwrap_or_else(|| any_normal(normal));
-            for (along, shape) in along.iter_mut().zip(shapes) {
-                *along = dot(*shape, direction);
-            }
-            let ratio = law.ratio(speed);
-            let load = model.pre_stress[k] * area;
-            // mu = V ratio, so that dmu/dV = ratio + V dratio/dV.
-            add(
-                &mut terms[0],
-                load * (ratio.value + speed * ratio.slope),
-                &along,
-                &along,
-            );
-            let coefficient = ratio.value * speed;
-            add(&mut terms[1], contact * coefficient, &along, &outward);
-            add(&mut terms[4], viscous * coefficient, &along, &outward);
-            if let Some(omega) = model.convection {
-                let turned: Vec<_> = shapes.iter().map(|shape| cross(omega, *shape)).collect();
-                let turned_along: Vec<f64> = turned.iter().map(|w| dot(*w, direction)).collect();
-                let bend = load * speed * ratio.slope;
-                add(&mut terms[5], bend, &along, &turned_along);
-                let projected = if radial { 0.0 } else { 1.0 };
-                for axis in 0..3 {
-                    let tangent = |of: &[[f64; 3]]| -> Vec<f64> {
-                        of.iter()
-                            .map(|v| v[axis] - projected * dot(*v, normal) * normal[axis])
-                            .collect()
-                    };
-                    let (shapes, turned) = (tangent(shapes), tangent(&turned));
-                    add(&mut terms[5], load * ratio.value, &shapes, &turned);
-                }
-            }
-            // What is neither along the sliding direction nor, where that is projected out, radial.
-            let projected = if radial { 0.0 } else { 1.0 };
-            for axis in 0..3 {
-                let rest: Vec<f64> = (0..m)
-                    .map(|i| {
-                        shapes[i][axis]
-                            - along[i] * direction[axis]
-                            - projected * outward[i] * normal[axis]
-                    })
-                    .collect();
-                add(&mut terms[2], load * ratio.value, &rest, &rest);
-            }
-        }
-        Self {
+        let mut all = Self {
             modes: m,
             stiffness,
             terms,
+        };
+        for k in 0..model.nodes() {
+            all.add_node(model, k);
+        }
+        all
+    }
+
+    /// Adds what one node gives.
+    fn add_node(&mut self, model: &Model, k: usize) {
+        let (area, normal, shapes) = (model.areas[k], model.normals[k], model.shapes_at(k));
+        let contact = model.stiffness[k] * area;
+        let component =
+            |axis: [f64; 3]| -> Vec<f64> { shapes.iter().map(|shape| dot(*shape, axis)).collect() };
+        let outward = component(normal);
+        add(&mut self.stiffness, contact, &outward, &outward);
+        let viscous = match model.contact_damping {
+            ContactDamping::None => 0.0,
+            ContactDamping::KelvinVoigt { time } => contact * time,
+            ContactDamping::HuntCrossley { dissipation } => {
+                model.pre_stress[k] * area * dissipation
+            }
+        };
+        let [slope, coupling, direction, _, damping, convection] = &mut self.terms;
+        add(damping, viscous, &outward, &outward);
+        let Some(law) = model.friction.law() else {
+            return;
+        };
+        let velocity = model.sliding_velocity[k];
+        let speed = dot(velocity, velocity).sqrt();
+        // A node that does not slide feels friction as a damper, the same in all directions: any
+        // of them will do.
+        let sliding = unit(velocity).unwrap_or_else(|| any_normal(normal));
+        let along = component(sliding);
+        let ratio = law.ratio(speed);
+        let load = model.pre_stress[k] * area;
+        // mu = V ratio, so that dmu/dV = ratio + V dratio/dV.
+        let falling = load * (ratio.value + speed * ratio.slope);
+        add(slope, falling, &along, &along);
+        let coefficient = ratio.value * speed;
+        add(coupling, contact * coefficient, &along, &outward);
+        add(damping, viscous * coefficient, &along, &outward);
+        let projected = if model.friction.radial() { 0.0 } else { 1.0 };
+        if let Some(omega) = model.convection {
+            let turned: Vec<_> = shapes.iter().map(|shape| cross(omega, *shape)).collect();
+            let turned_along: Vec<f64> = turned.iter().map(|w| dot(*w, sliding)).collect();
+            let bend = load * speed * ratio.slope;
+            add(convection, bend, &along, &turned_along);
+            for axis in 0..3 {
+                let tangent = |of: &[[f64; 3]]| -> Vec<f64> {
+                    of.iter()
+                        .map(|v| v[axis] - projected * dot(*v, normal) * normal[axis])
+                        .collect()
+                };
+                let (shapes, turned) = (tangent(shapes), tangent(&turned));
+                add(convection, load * ratio.value, &shapes, &turned);
+            }
+        }
+        // What is neither along the sliding direction nor, where that is projected out, radial.
+        for axis in 0..3 {
+            let rest = shapes.iter().zip(&along).zip(&outward);
+            let rest = rest.map(|((shape, along), outward)| {
+                shape[axis] - along * sliding[axis] - projected * outward * normal[axis]
+            });
+            let rest: Vec<f64> = rest.collect();
+            add(direction, load * ratio.value, &rest, &rest);
         }
     }
 

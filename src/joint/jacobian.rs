@@ -122,21 +122,9 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                 }
                 // The changes of the forces, with the opposite sign.
                 let slopes = NodeSlopes::load(simd, kept, block, part);
-                let [h_s, h_t, h_r] = slopes.direction;
                 for l in 0..K {
-                    let normal = slopes.stiffness * u_r[l];
-                    let mut turned = h_t.mul_add(across[l], h_s * along[l]);
-                    if AXES == 3 {
-                        turned = h_r.mul_add(outward[l], turned);
-                    }
-                    let pull = slopes.coefficient.mul_add(normal, slopes.bend * turned);
-                    along[l] = slopes.drag.mul_add(along[l], pull * h_s);
-                    across[l] = slopes.drag.mul_add(across[l], pull * h_t);
-                    outward[l] = if AXES == 3 {
-                        slopes.drag.mul_add(outward[l], pull.mul_add(h_r, normal))
-                    } else {
-                        normal
-                    };
+                    let slip = [along[l], across[l], outward[l]];
+                    [along[l], across[l], outward[l]] = slopes.force::<AXES>(u_r[l], slip);
                 }
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let [s, t, r] = row.part(simd, part);
@@ -152,6 +140,34 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                 *out = -sum.sum();
             }
         }
+    }
+}
+
+impl<S: Simd> NodeSlopes<S> {
+    /// The change of the force on nodes, with the opposite sign, as their radial displacement and their slip
+    /// velocity change.
+    #[inline(always)]
+    fn force<const AXES: usize>(
+        &self,
+        u_r: Vector<S>,
+        [along, across, outward]: [Vector<S>; 3],
+    ) -> [Vector<S>; 3] {
+        let [h_s, h_t, h_r] = self.direction;
+        let normal = self.stiffness * u_r;
+        let mut turned = h_t.mul_add(across, h_s * along);
+        if AXES == 3 {
+            turned = h_r.mul_add(outward, turned);
+        }
+        let pull = self.coefficient.mul_add(normal, self.bend * turned);
+        let radial = match AXES {
+            3 => self.drag.mul_add(outward, pull.mul_add(h_r, normal)),
+            _ => normal,
+        };
+        [
+            self.drag.mul_add(along, pull * h_s),
+            self.drag.mul_add(across, pull * h_t),
+            radial,
+        ]
     }
 }
 

@@ -24,6 +24,7 @@ use joint::of_the_joint;
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
 use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
+use crate::study::Watch;
 
 /// An effect in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,9 +80,6 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Runs a scene with its analyses, and records it where nobody looks.
 pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
-
-/// Is told the share of the work that is done, and answers whether to go on.
-pub type Watch<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 /// The longest stretch that is simulated, s, where no window is longer.
 const STRETCH: f64 = 0.1;
@@ -172,7 +170,8 @@ impl Sink for Nowhere {
     }
 }
 
-/// Measures the effects of a scene; `stop` is heeded within runs, too. `None` if `watch` says no.
+/// Measures the effects of a scene; `stop` is heeded within runs, too. `None` if `watch`, which is told the share
+/// of the work that is done, says no.
 ///
 /// # Errors
 /// If the scene cannot be simulated, analysed or recorded.
@@ -180,92 +179,28 @@ pub fn effects(
     scene: &Scene,
     record: Record<'_>,
     stop: &Arc<AtomicBool>,
-    watch: Watch<'_>,
+    watch: Watch<'_, f64>,
 ) -> Result<Option<Effects>, Cause> {
     let bare = bare(scene);
     let mut bench = Bench { watch, stage: 0.0 };
     if !bench.goes_on(0.0) {
         return Ok(None);
     }
-    // Beside the simulation, each by itself.
-    let events = scene.integrator.events == Events::Exact;
-    let mut variants = vec![bare.clone(), bare.clone()];
-    variants[1].integrator.events = match events {
-        true => Events::Through,
-        false => Events::Exact,
-    };
-    let companions = COMPANIONS.map(|kind| {
-        let with = added(scene, &kind).ok_or(Untold::NoRoom)?;
-        if (kind.window)(&with.analysis).is_some_and(|window| window > bare.duration) {
-            return Err(Untold::ShorterThanWindow);
-        }
-        let mut beside = bare.clone();
-        beside.analysis = with.analysis;
-        for other in COMPANIONS.iter().filter(|other| other.table != kind.table) {
-            (other.take_away)(&mut beside.analysis);
-        }
-        for other in ANALYSES {
-            (other.take_away)(&mut beside.analysis);
-        }
-        variants.push(beside);
-        Ok(variants.len() - 1)
-    });
-    let (mut simulated, mut setups) = (None, Vec::new());
-    let runs = bench.rounds(variants.len(), &mut |variant| {
-        let (source, setup) = timed(|| source(&variants[variant]));
-        let source = source?;
-        let (ran, seconds) = timed(|| simulate(source, bare.duration, stop));
-        if variant == 0 {
-            setups.push(setup);
-            simulated = Some(ran?);
-        } else {
-            ran?;
-        }
-        Ok(seconds / bare.duration)
-    })?;
-    let (Some(runs), Some(simulated)) = (runs, simulated) else {
+    let Some(simulated) = of_the_simulation(scene, &bare, stop, &mut bench)? else {
         return Ok(None);
     };
-    let Simulated {
-        header,
-        frames,
-        calls,
-    } = simulated;
-    let mut beside = vec![Effect {
-        name: "steps that end at events",
-        key: "time.events",
-        on: events,
-        setting: words(events, "exact"),
-        cost: Ok(match events {
-            true => runs.difference(0, 1),
-            false => runs.difference(1, 0),
-        }),
-        setup: None,
-    }];
-    let mut whole = runs.of(0).mean;
-    for (kind, variant) in COMPANIONS.iter().zip(companions) {
-        let on = (kind.is_on)(&scene.analysis);
-        let cost = variant.map(|variant| runs.difference(variant, 0));
-        if on {
-            whole += cost.map_or(0.0, |cost| cost.mean);
-        }
-        beside.push(kind.effect(on, cost));
-    }
-
     let (mut all, mut call) = (Vec::new(), 0.0);
     if let Ok(tilted) = scene.joint() {
-        let Some((of_a_call, found)) = of_the_joint(scene, tilted, &frames, calls, &mut bench)?
-        else {
+        let Simulated { frames, calls, .. } = &simulated.one;
+        let Some(found) = of_the_joint(scene, tilted, frames, *calls, &mut bench)? else {
             return Ok(None);
         };
-        (call, all) = (of_a_call, found);
+        (call, all) = found;
     }
-    all.extend(beside);
-
-    let Some((seconds, found)) = of_the_samples(scene, &bare, &header, &frames, &mut bench)? else {
+    all.extend(simulated.effects);
+    let Some((seconds, found)) = of_the_samples(scene, &bare, &simulated.one, &mut bench)? else {
         return Ok(None);
     };
-    whole += seconds;
     all.extend(found);
     if scene.joint().is_ok() {
         let Some(found) = of_the_pictures(&bare, record, &mut bench)? else {
@@ -275,12 +210,96 @@ pub fn effects(
     }
     Ok(Some(Effects {
         effects: all,
-        whole,
-        // The first one found the caches cold, as that of a run does.
-        setup: setups.first().copied().unwrap_or(0.0),
-        calls,
+        whole: simulated.seconds + seconds,
+        setup: simulated.setup,
+        calls: simulated.one.calls,
         call,
     }))
+}
+
+/// What the simulation takes, and what goes along with it.
+struct OfTheSimulation {
+    /// The bare scene, simulated.
+    one: Simulated,
+    effects: Vec<Effect>,
+    /// CPU time of a simulated second with all of them that are on, s.
+    seconds: f64,
+    /// CPU time until the first sample, s.
+    setup: f64,
+}
+
+/// The effects beside the simulation, each by itself. `None` if it was told to stop.
+fn of_the_simulation(
+    scene: &Scene,
+    bare: &Scene,
+    stop: &Arc<AtomicBool>,
+    bench: &mut Bench<'_>,
+) -> Result<Option<OfTheSimulation>, Cause> {
+    let exact = scene.integrator.events == Events::Exact;
+    let mut variants = vec![bare.clone(), bare.clone()];
+    variants[1].integrator.events = match exact {
+        true => Events::Through,
+        false => Events::Exact,
+    };
+    let companions = COMPANIONS.map(|kind| {
+        variants.push(beside(scene, bare, &kind)?);
+        Ok(variants.len() - 1)
+    });
+    let (mut simulated, mut setups) = (None, Vec::new());
+    let runs = bench.rounds(variants.len(), &mut |variant| {
+        let (source, setup) = timed(|| source(&variants[variant]));
+        let source = source?;
+        let (ran, seconds) = timed(|| simulate(source, bare.duration, stop));
+        let ran = ran?;
+        if variant == 0 {
+            setups.push(setup);
+            simulated = Some(ran);
+        }
+        Ok(seconds / bare.duration)
+    })?;
+    let (Some(runs), Some(simulated)) = (runs, simulated) else {
+        return Ok(None);
+    };
+    let mut effects = vec![Effect {
+        name: "steps that end at events",
+        key: "time.events",
+        on: exact,
+        setting: words(exact, "exact"),
+        cost: Ok(runs.effect(exact, 0, 1)),
+        setup: None,
+    }];
+    let mut seconds = runs.of(0).mean;
+    for (kind, variant) in COMPANIONS.iter().zip(companions) {
+        let on = (kind.is_on)(&scene.analysis);
+        let cost = variant.map(|variant| runs.difference(variant, 0));
+        if on {
+            seconds += cost.map_or(0.0, |cost| cost.mean);
+        }
+        effects.push(kind.effect(on, cost));
+    }
+    Ok(Some(OfTheSimulation {
+        one: simulated,
+        effects,
+        seconds,
+        // The first one found the caches cold, as that of a run does.
+        setup: setups.first().copied().unwrap_or(0.0),
+    }))
+}
+
+/// The bare scene with one companion.
+fn beside(scene: &Scene, bare: &Scene, kind: &Analysis) -> Result<Scene, Untold> {
+    let mut beside = Scene {
+        analysis: added(scene, kind).ok_or(Untold::NoRoom)?.analysis,
+        ..bare.clone()
+    };
+    if (kind.window)(&beside.analysis).is_some_and(|window| window > bare.duration) {
+        return Err(Untold::ShorterThanWindow);
+    }
+    let others = COMPANIONS.iter().chain(&ANALYSES);
+    for other in others.filter(|other| other.table != kind.table) {
+        (other.take_away)(&mut beside.analysis);
+    }
+    Ok(beside)
 }
 
 /// The scene without analyses, as long as it takes to measure it.
@@ -316,8 +335,7 @@ impl Analysis {
 fn of_the_samples(
     scene: &Scene,
     bare: &Scene,
-    header: &Header,
-    frames: &[Arc<Frame>],
+    Simulated { header, frames, .. }: &Simulated,
     bench: &mut Bench<'_>,
 ) -> Result<Option<(f64, Vec<Effect>)>, Cause> {
     let of_samples = |mut spec: AnalysisSpec| {
@@ -356,10 +374,7 @@ fn of_the_samples(
     };
     let effects = ANALYSES.iter().zip(places).map(|(kind, place)| {
         let on = (kind.is_on)(&spec);
-        let cost = place.map(|other| match on {
-            true => rounds.difference(0, other),
-            false => rounds.difference(other, 0),
-        });
+        let cost = place.map(|other| rounds.effect(on, 0, other));
         kind.effect(on, cost)
     });
     Ok(Some((rounds.of(0).mean, effects.collect())))
@@ -412,10 +427,6 @@ fn of_the_pictures(
         let mut spec = bare.record;
         let khz = 1e-3 * *(kind.rate)(&mut spec);
         let on = khz > 0.0;
-        let (with, without) = match on {
-            true => (0, k + 1),
-            false => (k + 1, 0),
-        };
         effects.push(Effect {
             name: kind.name,
             key: kind.key,
@@ -423,10 +434,9 @@ fn of_the_pictures(
             setting: words(on, &format!("{khz} a ms, with the recording of it")),
             cost: match bare.duration < SHORTEST {
                 true => Err(Untold::TooShort),
-                false => Ok(steady.difference(with, without)),
+                false => Ok(steady.effect(on, 0, k + 1)),
             },
-            setup: Some(once.difference(with, without))
-                .filter(|once| once.is_told() && once.mean > 0.0),
+            setup: Some(once.effect(on, 0, k + 1)).filter(|once| once.is_told() && once.mean > 0.0),
         });
     }
     Ok(Some(effects))

@@ -10,11 +10,14 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::cost::{CostError, timed};
-use super::pool::{Heed, NoThread};
-use super::response::{From, ResponsePlan, response, section_lag};
+use super::Watch;
+use super::cost::{
+    CostError, DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for, timed,
+};
+use super::pool::NoThread;
+use super::response::{From, ResponsePlan, response};
 use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
-use crate::analysis::{DelayVectors, Norm, RecurrenceRule, Threshold, deviation, quantify};
+use crate::analysis::{DelayVectors, deviation, quantify};
 use crate::joint::{BallJoint, Frequencies};
 use crate::pipeline::{Prepared, prepare_on};
 use crate::scene::{Parameter, Scene};
@@ -189,9 +192,6 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 /// What was measured, and whether that is all.
 pub type Grown = (Vec<Growth>, bool);
 
-/// Is told what grows now and the share of all work that is done, and answers whether to go on.
-pub type Watch<'a> = &'a mut dyn FnMut(Size, f64) -> bool;
-
 /// Points of the sweep that is timed.
 pub const SWEPT: usize = 8;
 
@@ -201,15 +201,15 @@ const CALLS: usize = 20_000_000;
 /// Vibration that is timed, s: at many modes or nodes, and with exponents.
 const TIMED: f64 = 4e-3;
 
-/// Dimension and samples a delay of recurrence plots.
-const DIMENSION: usize = 5;
-const SAMPLES_A_LAG: usize = 6;
-
 /// Measures how the work of a scene grows. If `watch` says no, what is done by then; whether all is.
 ///
 /// # Errors
 /// If something of a size cannot be set up or run.
-pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown, CostError> {
+pub fn growth(
+    plan: &GrowthPlan,
+    run: Run<'_>,
+    watch: Watch<'_, (Size, f64)>,
+) -> Result<Grown, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
     // Modes and nodes from a file are as many as they are.
@@ -220,7 +220,7 @@ pub fn growth(plan: &GrowthPlan, run: Run<'_>, watch: Watch<'_>) -> Result<Grown
     };
     let mut found = Vec::new();
     for (done, size) in Size::ALL.into_iter().enumerate() {
-        let mut goes_on = |part: f64| watch(size, (done as f64 + part) / Size::ALL.len() as f64);
+        let mut goes_on = |part: f64| watch((size, (done as f64 + part) / Size::ALL.len() as f64));
         if !goes_on(0.0) {
             return Ok((found, false));
         }
@@ -266,8 +266,6 @@ struct Meter {
     /// The joint before, whose body may serve again.
     ball: Option<BallJoint>,
 }
-
-type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 impl Meter {
     /// The CPU time of some work, as a point. `None` if it was told to stop.
@@ -318,7 +316,7 @@ impl Meter {
         size: Size,
         settings: &[T],
         with: impl Fn(&T) -> Result<Scene, CostError>,
-        goes_on: GoesOn<'_>,
+        goes_on: Watch<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let [mut call, mut vibration] = [Work::Call, Work::Vibration].map(|work| Growth {
             size,
@@ -367,7 +365,7 @@ impl Meter {
         &mut self,
         scene: &Scene,
         counts: &[usize],
-        goes_on: GoesOn<'_>,
+        goes_on: Watch<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let mut points = Vec::new();
         for (k, &count) in counts.iter().enumerate() {
@@ -404,39 +402,22 @@ impl Meter {
         &mut self,
         scene: &Scene,
         states: &[usize],
-        goes_on: GoesOn<'_>,
+        goes_on: Watch<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let longest = states.iter().copied().max().unwrap_or(0);
-        let count = |states| DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
         let Some(prepared) = self.settled(scene, &mut || goes_on(0.0))? else {
             return Ok(None);
         };
-        let Prepared {
-            system,
-            probe,
-            mut integrator,
-            state: mut z,
-        } = prepared;
-        integrator.start(&*system, 0.0, &z)?;
-        let step = section_lag(scene) / SAMPLES_A_LAG as f64;
-        let mut heed = Heed::default();
-        let mut samples = Vec::with_capacity(count(longest));
-        for k in 1..=count(longest) {
-            integrator.sample(&*system, step * k as f64, &mut z)?;
-            samples.push(probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
-            if heed.is_due() && !goes_on(0.3 * k as f64 / count(longest) as f64) {
-                return Ok(None);
-            }
-        }
-        let rule = RecurrenceRule {
-            norm: Norm::Euclidean,
-            threshold: Threshold::Distance(0.5 * deviation(&samples)),
-            theiler: SAMPLES_A_LAG,
+        let on = &mut |share| goes_on(0.3 * share);
+        let Some(samples) = displacement(scene, prepared, samples_for(longest), on)? else {
+            return Ok(None);
         };
+        let rule = recurrence_rule(0.5 * deviation(&samples));
         let mut points = Vec::new();
         for (k, &size) in states.iter().enumerate() {
             let mut on = || goes_on(0.3 + 0.7 * k as f64 / states.len() as f64);
-            let vectors = DelayVectors::new(&samples[..count(size)], SAMPLES_A_LAG, DIMENSION)?;
+            let vectors =
+                DelayVectors::new(&samples[..samples_for(size)], SAMPLES_A_LAG, DIMENSION)?;
             forget_peak_memory();
             let timed = self.point(size as f64, 1.0, &mut on, || quantify(&vectors, &rule));
             let Some((mut point, counted)) = timed else {
@@ -459,7 +440,7 @@ impl Meter {
         &mut self,
         scene: &Scene,
         counts: &[usize],
-        goes_on: GoesOn<'_>,
+        goes_on: Watch<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let look = ResponsePlan {
             least: 0.0,
@@ -508,7 +489,7 @@ fn runs(
     scene: &Scene,
     durations: &[f64],
     run: Run<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<Growth>>, CostError> {
     let mut points = Vec::new();
     for (k, &duration) in durations.iter().enumerate() {

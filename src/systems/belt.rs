@@ -215,8 +215,7 @@ impl Switching for MassOnBelt {
         _guard: usize,
         _t: f64,
         _z: &[f64],
-        vectors: &mut [f64],
-        width: usize,
+        (vectors, width): (&mut [f64], usize),
     ) {
         vectors[width..].fill(0.0);
     }

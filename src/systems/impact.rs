@@ -184,8 +184,7 @@ impl Switching for ImpactOscillator {
         _guard: usize,
         t: f64,
         z: &[f64],
-        vectors: &mut [f64],
-        width: usize,
+        (vectors, width): (&mut [f64], usize),
     ) {
         if status[0] == Self::RESTING {
             return;

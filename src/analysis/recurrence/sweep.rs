@@ -207,13 +207,14 @@ impl<V: Visitor, E: Extent> WithSimd for Sweep<'_, V, E> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self(pairs, offsets, limits, visitor, extent) = self;
+        let asked = Asked { pairs, limits };
         let mut board = Board::new(pairs);
         // The diagonal before the first, if it counts, is worked out with the first ones.
         let mut known = usize::from(offsets.start <= pairs.theiler);
         let mut first = offsets.start - 1;
         while first + 1 < offsets.end {
             let count = TOGETHER.min(offsets.end - first - 1);
-            board.fill(simd, extent, limits, pairs, first, known..count + 1);
+            board.fill(simd, extent, asked, first, known..count + 1);
             known = 1;
             for r in 1..=count {
                 visitor.visit(&Diagonal {
@@ -230,6 +231,13 @@ impl<V: Visitor, E: Extent> WithSimd for Sweep<'_, V, E> {
             first += count;
         }
     }
+}
+
+/// What is to be compared.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    pairs: &'a Pairs<'a>,
+    limits: Limits<'a>,
 }
 
 /// The bits of successive diagonals.
@@ -272,11 +280,11 @@ impl Board {
         &mut self,
         simd: S,
         extent: E,
-        limits: Limits<'_>,
-        pairs: &Pairs<'_>,
+        asked: Asked<'_>,
         first: usize,
         rows: Range<usize>,
     ) {
+        let pairs = asked.pairs;
         for start in (0..pairs.states - (first + rows.start)).step_by(self.stretch) {
             for r in rows.clone() {
                 let left = (pairs.states - (first + r)).saturating_sub(start);
@@ -289,7 +297,7 @@ impl Board {
                     let words = self.row(r).start + start / 64..;
                     let upper = &mut self.upper[words.clone()][..piece.length.div_ceil(64)];
                     let lower = &mut self.lower[words][..piece.length.div_ceil(64)];
-                    piece.fill(simd, extent, limits, pairs, &mut self.parts, upper, lower);
+                    piece.fill(simd, extent, asked, &mut self.parts, [upper, lower]);
                 }
             }
         }
@@ -315,19 +323,13 @@ struct Stretch {
 impl Stretch {
     /// Fills words with the bits of the piece; those beyond its end are zero.
     #[inline(always)]
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "what to compare, with what, and where to"
-    )]
     fn fill<S: Simd, E: Extent>(
         self,
         simd: S,
         extent: E,
-        limits: Limits<'_>,
-        pairs: &Pairs<'_>,
+        Asked { pairs, limits }: Asked<'_>,
         parts: &mut [f64],
-        upper: &mut [u64],
-        lower: &mut [u64],
+        [upper, lower]: [&mut [u64]; 2],
     ) {
         let Self {
             offset,

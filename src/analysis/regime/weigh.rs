@@ -206,6 +206,10 @@ fn change(signs: &Signs) -> Vec<Evidence> {
 
 /// Which tones are in it, and what lies between them?
 fn lines(signs: &Signs) -> Vec<Evidence> {
+    tones(signs).into_iter().chain(floor(signs)).collect()
+}
+
+fn tones(signs: &Signs) -> Option<Evidence> {
     let trusted = LINES_FLOOR.at(signs.lawful_floor())
         * LINES_COLOURED.at(signs.coloured)
         * (1.0 - parts_slowly(signs))
@@ -218,7 +222,7 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
         weight: weight * trusted,
         words,
     };
-    let tones = match signs.tones {
+    match signs.tones {
         Tones::None => None,
         Tones::One { f1, stray } if stray < SECOND => Some(reading(
             f1,
@@ -275,7 +279,11 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
             LESS_CLEAR_LINES,
             format!("{count} lines are combinations of neither one tone nor two."),
         )),
-    };
+    }
+}
+
+/// The power between the lines.
+fn floor(signs: &Signs) -> [Evidence; 3] {
     let percent = 100.0 * signs.floor;
     let no_floor = Evidence {
         what: "floor",
@@ -310,10 +318,7 @@ fn lines(signs: &Signs) -> Vec<Evidence> {
              would leave unforetold."
         ),
     };
-    tones
-        .into_iter()
-        .chain([no_floor, coloured, lawful])
-        .collect()
+    [no_floor, coloured, lawful]
 }
 
 /// Where does it come back to?

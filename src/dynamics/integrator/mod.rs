@@ -20,7 +20,7 @@ use super::control::{Control, Size};
 use super::events::Events;
 use super::pace::{Pace, Progress};
 use super::stepper::{Stepper, switching};
-use super::tangents::Tangents;
+use super::tangents::{Crossing, Tangents};
 use super::{DynamicsError, ErrorEstimate, System, Tally};
 
 /// Integrates a [`System`] and gives its state at any times in rising order.
@@ -445,18 +445,18 @@ impl Integrator {
                 let together = if continuous { events.pending.len() } else { 1 };
                 for k in 0..together {
                     let guard = events.pending[k];
-                    let saltation = tangents.as_mut().filter(|_| !continuous);
-                    if let Some(tangents) = saltation {
-                        tangents.saltation.before(sys, switching, &events.status, guard, t, &stepper.step().end);
+                    let crossing = Crossing { switching, guard, t };
+                    if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                        tangents.saltation.before(sys, crossing, &events.status, &stepper.step().end);
                     }
                     switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
                     events.note(guard);
                     pace.tally.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        let after = (events.status.as_slice(), stepper.step().end.as_slice());
                         let bundle = &mut tangents.bundle;
                         let vectors = (bundle.end.as_mut_slice(), bundle.width);
-                        tangents.saltation.after(sys, switching, after, guard, t, vectors);
+                        let (status, end) = (&events.status, &stepper.step().end);
+                        tangents.saltation.after(sys, crossing, status, end, vectors);
                     }
                 }
                 let chatters = events.count(t, self.max_step);

@@ -10,7 +10,7 @@ mod saltation;
 use super::stepper::Stepper;
 use super::{DynamicsError, Switching, System, Tally, lyapunov::Growth};
 use frame::Frame;
-pub(super) use saltation::Saltation;
+pub(super) use saltation::{Crossing, Saltation};
 
 /// Tangent vectors on their way through a step, side by side, component after component: component
 /// `c` of vector `l` is at `c * width + l`.

@@ -29,6 +29,15 @@ pub(in crate::dynamics) struct Saltation {
     fall: f64,
 }
 
+/// A guard that falls through zero at a time, s.
+#[derive(Clone, Copy)]
+pub struct Crossing<'a> {
+    /// The system of the guard.
+    pub switching: &'a dyn Switching,
+    pub guard: usize,
+    pub t: f64,
+}
+
 impl Saltation {
     /// For so many vectors, `width`.
     pub fn new<Y: System + ?Sized>(sys: &Y, width: usize) -> Self {
@@ -59,10 +68,12 @@ impl Saltation {
     pub fn before<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
-        switching: &dyn Switching,
+        Crossing {
+            switching,
+            guard,
+            t,
+        }: Crossing<'_>,
         status: &[u8],
-        guard: usize,
-        t: f64,
         z: &[f64],
     ) {
         self.before.copy_from_slice(z);
@@ -84,10 +95,13 @@ impl Saltation {
     pub fn after<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
-        switching: &dyn Switching,
-        (status, z): (&[u8], &[f64]),
-        guard: usize,
-        t: f64,
+        Crossing {
+            switching,
+            guard,
+            t,
+        }: Crossing<'_>,
+        status: &[u8],
+        z: &[f64],
         (vectors, width): (&mut [f64], usize),
     ) {
         let n = sys.tangent_dim();
@@ -105,9 +119,9 @@ impl Saltation {
         }
         rhs_in(sys, switching, status, t, z, &mut self.slope_after);
         let before = (&self.status, &self.before);
-        switching.reset_tangents(before.0, guard, t, before.1, vectors, width);
+        switching.reset_tangents(before.0, guard, t, before.1, (vectors, width));
         let jump = &mut self.slope_before;
-        switching.reset_tangents(before.0, guard, t, before.1, &mut jump[..n], 1);
+        switching.reset_tangents(before.0, guard, t, before.1, (&mut jump[..n], 1));
         switching.add_reset_rate(before.0, guard, t, before.1, jump);
         for (c, row) in vectors.chunks_exact_mut(width).enumerate() {
             let jump = jump[c] - self.slope_after[c];

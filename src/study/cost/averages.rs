@@ -1,16 +1,16 @@
 //! Knobs whose error is that of an average: invariants, exponents, recurrence quantification.
 
-use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
-use crate::analysis::{
-    DelayVectors, Measures, Norm, RateBase, RecurrenceRule, Threshold, deviation, quantify,
+use super::{
+    CostError, CostPoint, CostSet, DIMENSION, Ground, Knob, SAMPLES_A_LAG, displacement,
+    recurrence_rule, samples_for, timed,
 };
+use crate::analysis::{DelayVectors, RateBase, deviation, quantify};
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::pipeline::prepare_on;
+use crate::study::Watch;
 use crate::study::pool::Heed;
-use crate::study::response::{From, Response, ResponseError, ResponsePlan, response, section_lag};
+use crate::study::response::{From, Response, ResponseError, ResponsePlan, response};
 use crate::study::sweep::chain_of_causes;
-
-type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 /// Tolerances tried beyond the horizon: `10^-k`; and those of the reference and of the other one that
 /// tells its own error.
@@ -29,9 +29,7 @@ const VECTORS: [usize; 2] = [1, 3];
 const STATES: [usize; 7] = [250, 500, 1000, 2000, 4000, 8000, 16_000];
 /// Thresholds, in deviations of the displacement.
 const THRESHOLDS: [f64; 3] = [0.25, 0.5, 1.0];
-/// Samples a delay; dimension; the shortest line that counts, in delays.
-const SAMPLES_A_LAG: usize = 6;
-const DIMENSION: usize = 5;
+/// The shortest line that counts, in delays.
 const LEAST_LINE: usize = 4;
 
 /// A number of a settled motion.
@@ -82,7 +80,7 @@ pub(super) fn invariant_point(
 /// The scene's own method with other tolerances, by invariants.
 pub(super) fn invariant_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let look = ResponsePlan {
         least: 0.0,
@@ -138,7 +136,7 @@ pub(super) fn invariant_sets(
 /// vector, carried on.
 pub(super) fn exponent_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
     let last = AVERAGED[AVERAGED.len() - 1];
@@ -218,49 +216,23 @@ pub(super) fn exponent_sets(
 /// stretch of that length it differs by the reference's own error.
 pub(super) fn recurrence_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
-    let lag = section_lag(scene);
-    let step = lag / SAMPLES_A_LAG as f64;
     let most = STATES[STATES.len() - 1];
-    let stretch = DelayVectors::samples_for(most, SAMPLES_A_LAG, DIMENSION);
-    let needed = 2 * stretch;
-    let mut prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
-    let system = &*prepared.system;
-    let mut z = prepared.state;
-    prepared.integrator.start(system, 0.0, &z)?;
-    let mut heed = Heed::default();
-    let mut samples = Vec::with_capacity(needed);
-    for k in 1..=needed {
-        prepared
-            .integrator
-            .sample(system, step * k as f64, &mut z)?;
-        samples.push(
-            prepared
-                .probe
-                .iter()
-                .zip(&z)
-                .map(|(p, q)| p * q)
-                .sum::<f64>(),
-        );
-        if heed.is_due() && !goes_on(0.3 * k as f64 / needed as f64) {
-            return Ok(None);
-        }
-    }
+    let stretch = samples_for(most);
+    let prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
+    let on = &mut |share| goes_on(0.3 * share);
+    let Some(samples) = displacement(scene, prepared, 2 * stretch, on)? else {
+        return Ok(None);
+    };
     let (samples, next) = samples.split_at(stretch);
     let spread = deviation(samples);
     let determinism = |samples: &[f64], states: usize, threshold: f64| {
-        let count = DelayVectors::samples_for(states, SAMPLES_A_LAG, DIMENSION);
-        let vectors = DelayVectors::new(&samples[..count], SAMPLES_A_LAG, DIMENSION)?;
-        let rule = RecurrenceRule {
-            norm: Norm::Euclidean,
-            threshold: Threshold::Distance(threshold * spread),
-            theiler: SAMPLES_A_LAG,
-        };
-        let counts = quantify(&vectors, &rule)?;
-        let least = LEAST_LINE * SAMPLES_A_LAG;
-        let measures: Measures = counts.measures(least, 2, RateBase::Counted);
+        let samples = &samples[..samples_for(states)];
+        let vectors = DelayVectors::new(samples, SAMPLES_A_LAG, DIMENSION)?;
+        let counts = quantify(&vectors, &recurrence_rule(threshold * spread))?;
+        let measures = counts.measures(LEAST_LINE * SAMPLES_A_LAG, 2, RateBase::Counted);
         Ok::<_, CostError>(measures.determinism)
     };
     let mut sets = Vec::new();

@@ -2,6 +2,7 @@
 
 use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
 use crate::fem::{BodyMode, BodyModes, Elements};
+use crate::study::Watch;
 
 /// Elements of one order.
 struct Family {
@@ -51,7 +52,7 @@ const REFERENCES: [Elements; 2] = [
 /// Orders and sizes of the elements. The frequencies are the model's own, whatever the scene imposes.
 pub(super) fn element_sets(
     ground: &mut Ground<'_>,
-    goes_on: &mut dyn FnMut(f64) -> bool,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let body = ground.plan.scene.ball_on_beam()?;
     let modes = |elements: &Elements| {

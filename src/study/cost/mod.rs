@@ -19,13 +19,14 @@ mod tests;
 
 use cpu_time::ProcessTime;
 
-use super::pool::NoThread;
-use super::response::{From, ResponseError, ResponsePlan, response};
-use crate::analysis::AnalysisError;
+use super::Watch;
+use super::pool::{Heed, NoThread};
+use super::response::{From, ResponseError, ResponsePlan, response, section_lag};
+use crate::analysis::{AnalysisError, DelayVectors, Norm, RecurrenceRule, Threshold};
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::fem::FemError;
 use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::PipelineError;
+use crate::pipeline::{PipelineError, Prepared};
 use crate::scene::{Held, Scene, SceneError};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
@@ -173,9 +174,6 @@ pub struct CostStudy {
     pub stopped: bool,
 }
 
-/// Is told which knob is turned and the share of all work that is done, and answers whether to go on.
-pub type Watch<'a> = &'a mut dyn FnMut(Knob, f64) -> bool;
-
 /// Why a study cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum CostError {
@@ -230,7 +228,10 @@ struct Ground<'a> {
 ///
 /// # Errors
 /// If there is no settled motion or no reference to compare with.
-pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, CostError> {
+pub fn cost(
+    plan: &CostPlan,
+    watch: Watch<'_, (Knob, f64)>,
+) -> Result<Option<CostStudy>, CostError> {
     let first = plan.knobs.first().copied().unwrap_or(Knob::Integrator);
     let mut ball = None;
     let look = ResponsePlan {
@@ -240,7 +241,7 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
         measure: 0.1,
         ..ResponsePlan::default()
     };
-    let goes_on = &mut |_| watch(first, 0.0);
+    let goes_on = &mut |_| watch((first, 0.0));
     let Some(settled) = response(&plan.scene, From::Cold, &look, &mut ball, goes_on)? else {
         return Ok(None);
     };
@@ -259,7 +260,7 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
     let (mut sets, mut stopped) = (Vec::new(), false);
     for (done, &knob) in plan.knobs.iter().enumerate() {
         let share = |part: f64| (done as f64 + part) / plan.knobs.len() as f64;
-        let goes_on = &mut |part: f64| watch(knob, share(part));
+        let goes_on = &mut |part: f64| watch((knob, share(part)));
         let turned = match knob {
             Knob::Integrator => integrator_sets(&mut ground, goes_on)?,
             Knob::Invariants => invariant_sets(&mut ground, goes_on)?,
@@ -328,4 +329,50 @@ pub(super) fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) 
         _ => times[middle],
     };
     (result, median)
+}
+
+/// Delay vectors that are compared for recurrence: their dimension, and samples a delay.
+pub(super) const DIMENSION: usize = 5;
+pub(super) const SAMPLES_A_LAG: usize = 6;
+
+/// Samples that so many delay vectors take.
+pub(super) fn samples_for(vectors: usize) -> usize {
+    DelayVectors::samples_for(vectors, SAMPLES_A_LAG, DIMENSION)
+}
+
+/// States within a distance of each other count as recurrent.
+pub(super) fn recurrence_rule(distance: f64) -> RecurrenceRule {
+    RecurrenceRule {
+        norm: Norm::Euclidean,
+        threshold: Threshold::Distance(distance),
+        theiler: SAMPLES_A_LAG,
+    }
+}
+
+/// So many samples of the probe's displacement, as far apart as delay vectors of the scene want them. `None`
+/// if it was told to stop.
+pub(super) fn displacement(
+    scene: &Scene,
+    prepared: Prepared,
+    count: usize,
+    goes_on: Watch<'_, f64>,
+) -> Result<Option<Vec<f64>>, CostError> {
+    let Prepared {
+        system,
+        probe,
+        mut integrator,
+        state: mut z,
+    } = prepared;
+    integrator.start(&*system, 0.0, &z)?;
+    let step = section_lag(scene) / SAMPLES_A_LAG as f64;
+    let mut heed = Heed::default();
+    let mut samples = Vec::with_capacity(count);
+    for k in 1..=count {
+        integrator.sample(&*system, step * k as f64, &mut z)?;
+        samples.push(probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
+        if heed.is_due() && !goes_on(k as f64 / count as f64) {
+            return Ok(None);
+        }
+    }
+    Ok(Some(samples))
 }

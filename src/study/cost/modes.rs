@@ -9,6 +9,7 @@ use crate::fem::Families;
 use crate::joint::{BallJoint, Frequencies};
 use crate::pipeline::prepare_on;
 use crate::scene::Scene;
+use crate::study::Watch;
 use crate::study::response::{From, Response, ResponseError, ResponsePlan, response};
 
 /// The reference with finite-element frequencies, unless the scene has more; and what the other one has
@@ -40,7 +41,7 @@ const COMPARED: usize = 2;
 /// stretch after the other: the difference is its own error.
 pub(super) fn mode_sets(
     ground: &mut Ground<'_>,
-    goes_on: &mut dyn FnMut(f64) -> bool,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = &ground.plan.scene;
     let spec = &scene.joint()?.spec;

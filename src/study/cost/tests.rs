@@ -9,7 +9,7 @@ fn turned(scene: &str, knob: Knob) -> CostStudy {
         horizon: 1e-3,
         ..CostPlan::new(Scene::load(scene).unwrap())
     };
-    cost(&plan, &mut |_, _| true).unwrap().unwrap()
+    cost(&plan, &mut |_| true).unwrap().unwrap()
 }
 
 /// Errors of a family's points.
@@ -137,7 +137,7 @@ fn chaos_shortens_the_horizon() {
 #[test]
 fn what_is_told_to_stop_stops() {
     let plan = CostPlan::new(Scene::load("torus-3deg").unwrap());
-    assert_eq!(cost(&plan, &mut |_, _| false).unwrap(), None);
+    assert_eq!(cost(&plan, &mut |_| false).unwrap(), None);
     let small = CostPlan::new(Scene::load("impact-oscillator").unwrap());
     assert!(!small.knobs.contains(&Knob::Nodes) && small.knobs.contains(&Knob::Events));
 }

@@ -6,9 +6,7 @@ use crate::dynamics::Tally;
 use crate::joint::{BallJoint, Quadrature};
 use crate::pipeline::{Prepared, prepare_on};
 use crate::scene::{Events, LONGEST_STEP, Scene};
-
-/// Tells the share of the work that is done, and whether to go on.
-type GoesOn<'a> = &'a mut dyn FnMut(f64) -> bool;
+use crate::study::Watch;
 
 /// Instants compared, evenly over the horizon.
 const INSTANTS: u32 = 200;
@@ -179,7 +177,7 @@ fn chain(error: &dyn std::error::Error) -> String {
 /// Methods and their tolerances or steps.
 pub(super) fn integrator_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = ground.plan.scene.clone();
     let events = scene.integrator.events;
@@ -216,7 +214,7 @@ pub(super) fn integrator_sets(
 /// Through events, or ending there.
 pub(super) fn event_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     let scene = ground.plan.scene.clone();
     let (reference, floor) = ground.reference(&scene)?;
@@ -249,7 +247,7 @@ pub(super) fn event_sets(
 /// Families and numbers of contact nodes.
 pub(super) fn node_sets(
     ground: &mut Ground<'_>,
-    goes_on: GoesOn<'_>,
+    goes_on: Watch<'_, f64>,
 ) -> Result<Option<Vec<CostSet>>, CostError> {
     const TOLERANCE: f64 = 1e-9;
     let turned = |quadrature, nodes| -> Result<Scene, CostError> {

@@ -2,7 +2,8 @@
 
 use cpu_time::{ProcessTime, ThreadTime};
 
-use super::{Cause, Watch};
+use super::Cause;
+use crate::study::Watch;
 
 /// Rounds in which each variant has its turn. One more comes first, which finds the caches cold and is not
 /// counted.
@@ -52,7 +53,7 @@ impl Measured {
 
 /// Takes measurements in turns.
 pub(super) struct Bench<'w> {
-    pub watch: Watch<'w>,
+    pub watch: Watch<'w, f64>,
     /// Stages that are done.
     pub stage: f64,
 }
@@ -97,6 +98,14 @@ impl Rounds {
     /// What a variant takes.
     pub fn of(&self, variant: usize) -> Measured {
         Measured::of(&self.0[variant])
+    }
+
+    /// What an effect takes that tells one variant, where it is as in the scene, from another, where it is not.
+    pub fn effect(&self, on: bool, own: usize, other: usize) -> Measured {
+        match on {
+            true => self.difference(own, other),
+            false => self.difference(other, own),
+        }
     }
 
     /// How much more one variant takes than another.

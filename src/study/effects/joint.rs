@@ -66,10 +66,7 @@ pub(super) fn of_the_joint(
         .into_iter()
         .enumerate()
         .map(|(k, (name, key, on, setting, _))| {
-            let cost = match on {
-                true => rounds.difference(0, k + 1),
-                false => rounds.difference(k + 1, 0),
-            };
+            let cost = rounds.effect(on, 0, k + 1);
             Effect {
                 name,
                 key,
@@ -129,13 +126,24 @@ impl Passes {
 /// An effect of the nodes: name, key, whether it is on, how, and the model with it changed.
 type OfNodes = (&'static str, &'static str, bool, String, Model);
 
+/// A model with something changed.
+fn changed(model: &Model, change: impl FnOnce(&mut Model)) -> Model {
+    let mut other = model.clone();
+    change(&mut other);
+    other
+}
+
 /// Effects of the nodes, each with the model without it, or with it where it is off.
 fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
-    let friction = match model.friction {
-        Friction::None => String::new(),
-        Friction::Constant { law, .. } => format!("constant, mu {}", law.mu),
-        Friction::Stribeck { law, .. } => format!("Stribeck, mu {} to {}", law.mu_s, law.mu_d),
-    };
+    let mut all = of_friction(model);
+    let lifts = model.unilateral;
+    all.push((
+        "lift-off",
+        "contact.unilateral",
+        lifts,
+        words(lifts, "Eq. (2)"),
+        changed(model, |other| other.unilateral = !lifts),
+    ));
     let damping = match model.contact_damping {
         ContactDamping::None => String::new(),
         ContactDamping::KelvinVoigt { time } => format!("dashpots, {:.3} us", 1e6 * time),
@@ -143,105 +151,82 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
             format!("Hunt and Crossley, {dissipation} s/m")
         }
     };
-    let with_friction = |friction| Model {
-        friction,
-        ..model.clone()
-    };
-    let is_on = model.friction != Friction::None;
-    let other_friction = match is_on {
-        true => Friction::None,
-        false => Friction::Stribeck {
-            law: STRIBECK,
-            radial: true,
-        },
-    };
-    let radial = model.friction.radial();
-    let mut all = vec![(
-        "friction",
-        "friction",
-        is_on,
-        friction,
-        with_friction(other_friction),
-    )];
-    let turned = match model.friction {
-        Friction::None => None,
-        Friction::Constant { law, .. } => Some(Friction::Constant {
-            law,
-            radial: !radial,
-        }),
-        Friction::Stribeck { law, .. } => Some(Friction::Stribeck {
-            law,
-            radial: !radial,
-        }),
-    };
-    if let Some(turned) = turned {
-        all.push((
-            "radial part of friction",
-            "friction.radial",
-            radial,
-            words(radial, "as in Eq. (8)"),
-            with_friction(turned),
-        ));
-    }
-    let bonded = Model {
-        unilateral: !model.unilateral,
-        ..model.clone()
-    };
-    all.push((
-        "lift-off",
-        "contact.unilateral",
-        model.unilateral,
-        words(model.unilateral, "Eq. (2)"),
-        bonded,
-    ));
     let damped = !model.contact_damping.is_none();
-    let other = Model {
-        contact_damping: match damped {
-            true => ContactDamping::None,
-            false => ContactDamping::HuntCrossley {
-                dissipation: DISSIPATION,
-            },
+    let other_damping = match damped {
+        true => ContactDamping::None,
+        false => ContactDamping::HuntCrossley {
+            dissipation: DISSIPATION,
         },
-        ..model.clone()
     };
     all.push((
         "damping of the contact",
         "contact_damping",
         damped,
         damping,
-        other,
+        changed(model, |other| other.contact_damping = other_damping),
     ));
     let convected = model.convection.is_some();
-    let other = Model {
-        convection: match convected {
-            true => None,
-            false => Some([1.0, 0.0, 0.0]),
-        },
-        ..model.clone()
-    };
     all.push((
         "Omega x u",
         "rotation.convection",
         convected,
         words(convected, "on"),
-        other,
+        changed(model, |other| {
+            other.convection = (!convected).then_some([1.0, 0.0, 0.0]);
+        }),
     ));
     let has_damping = model.damping.iter().any(|ratio| *ratio != 0.0);
-    let other = Model {
-        damping: match has_damping {
-            true => Vec::new(),
-            false => vec![DAMPING_RATIO; model.modes()],
-        },
-        ..model.clone()
-    };
     let most = model.damping.iter().copied().fold(0.0, f64::max);
     all.push((
         "modal damping",
         "damping",
         has_damping,
         words(has_damping, &format!("ratio up to {most}")),
-        other,
+        changed(model, |other| {
+            other.damping = match has_damping {
+                true => Vec::new(),
+                false => vec![DAMPING_RATIO; model.modes()],
+            };
+        }),
     ));
+    all
+}
+
+/// Friction, and its radial part where there is friction.
+fn of_friction(model: &Model) -> Vec<OfNodes> {
+    let radial = model.friction.radial();
+    let (setting, turned) = match model.friction {
+        Friction::None => (String::new(), None),
+        Friction::Constant { law, .. } => {
+            let radial = !radial;
+            let setting = format!("constant, mu {}", law.mu);
+            (setting, Some(Friction::Constant { law, radial }))
+        }
+        Friction::Stribeck { law, .. } => {
+            let radial = !radial;
+            let setting = format!("Stribeck, mu {} to {}", law.mu_s, law.mu_d);
+            (setting, Some(Friction::Stribeck { law, radial }))
+        }
+    };
+    let is_on = turned.is_some();
+    let other = match is_on {
+        true => Friction::None,
+        false => Friction::Stribeck {
+            law: STRIBECK,
+            radial: true,
+        },
+    };
+    let with = |friction| changed(model, |other| other.friction = friction);
+    let mut all = vec![("friction", "friction", is_on, setting, with(other))];
+    all.extend(turned.map(|turned| {
+        (
+            "radial part of friction",
+            "friction.radial",
+            radial,
+            words(radial, "as in Eq. (8)"),
+            with(turned),
+        )
+    }));
     all
 }
 

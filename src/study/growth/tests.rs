@@ -29,7 +29,7 @@ fn small(scene: &str) -> GrowthPlan {
 
 #[test]
 fn each_size_of_a_joint_is_measured() {
-    let found = growth(&small("periodic-2deg"), &mut here, &mut |_, _| true);
+    let found = growth(&small("periodic-2deg"), &mut here, &mut |_| true);
     let found = found.unwrap().0;
     let of = |size, work| {
         let growth = found.iter().find(|g| g.size == size && g.work == work);
@@ -55,7 +55,7 @@ fn each_size_of_a_joint_is_measured() {
 
 #[test]
 fn a_scene_without_joint_has_neither_nodes_nor_modes() {
-    let found = growth(&small("impact-oscillator"), &mut here, &mut |_, _| true);
+    let found = growth(&small("impact-oscillator"), &mut here, &mut |_| true);
     let sizes: Vec<Size> = found.unwrap().0.iter().map(|g| g.size).collect();
     assert_eq!(sizes, [Size::Recurrence, Size::Exponents, Size::Duration]);
 }
@@ -63,7 +63,7 @@ fn a_scene_without_joint_has_neither_nodes_nor_modes() {
 #[test]
 fn it_stops_when_told() {
     let mut asked = 0;
-    let stopped = growth(&small("periodic-2deg"), &mut here, &mut |_, _| {
+    let stopped = growth(&small("periodic-2deg"), &mut here, &mut |_| {
         asked += 1;
         asked < 3
     });

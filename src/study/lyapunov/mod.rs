@@ -12,6 +12,7 @@ use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, System, Tally,
 };
 
+use super::Watch;
 use super::pool::Heed;
 pub use scene::{
     LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, RESOLVING, SETTLE_PERIODS,
@@ -200,9 +201,6 @@ pub struct LyapunovProgress {
     pub largest: Option<Exponent>,
 }
 
-/// Is told how far it is, and answers whether to go on.
-pub type Watch<'a> = &'a mut dyn FnMut(LyapunovProgress) -> bool;
-
 /// Times at which the running values are kept grow by this factor.
 const SPACING: f64 = 1.03;
 /// The first of them, in looks.
@@ -219,7 +217,7 @@ pub fn lyapunov<Y: System + ?Sized>(
     sys: &Y,
     integrator: &mut Integrator,
     plan: &LyapunovPlan,
-    watch: Watch<'_>,
+    watch: Watch<'_, LyapunovProgress>,
 ) -> Result<LyapunovStudy, DynamicsError> {
     let began = Instant::now();
     let width = integrator.exponents().map_or(0, |s| s.exponents.len());
@@ -230,86 +228,30 @@ pub fn lyapunov<Y: System + ?Sized>(
         });
     }
     let (start, before) = (integrator.time(), integrator.tally());
-    let longest = match plan.goal {
-        Goal::Time(time) => time,
-        Goal::HalfWidth(_) | Goal::Verdict => plan.most,
-    };
     let mut walk = Walk {
         sys,
         integrator,
+        plan,
         start,
-        look: plan.look,
         looks: 0,
         z: vec![0.0; sys.dim()],
+        watch,
+        heed: Heed::default(),
+        largest: None,
+        needed: plan.expected(),
+        running: Vec::new(),
+        trace: MeanTrace::new(sys, width),
     };
-    let mut running: Vec<RunningExponents> = Vec::new();
-    let mut heed = Heed::default();
-    let mut trace = MeanTrace::new(sys, width);
-    let mut needed = plan.expected();
-
-    let settling = (plan.settle / plan.look).ceil() as u64;
-    let (mut ending, mut largest) = (None, None);
-    for look in 0..settling {
-        walk.on()?;
-        let share = (look + 1) as f64 * plan.look / (plan.settle + needed);
-        let phase = Phase::Settling;
-        let progress = LyapunovProgress {
-            phase,
-            share,
-            largest,
-        };
-        if heed.is_due() && !watch(progress) {
-            ending = Some(Ending::Stopped);
-            break;
-        }
-    }
-    walk.integrator.forget_growth();
+    let goes_on = walk.settle()?;
     let settled = walk.time() - start;
-
-    let last = (longest / plan.look).round().max(1.0) as u64;
-    let (mut look, mut kept) = (0, FIRST);
-    let ending = loop {
-        if let Some(ending) = ending {
-            break ending;
-        }
-        walk.on()?;
-        look += 1;
-        if let Some(trace) = &mut trace {
-            trace.add(sys, walk.integrator.status(), walk.time(), &walk.z);
-        }
-        let time = look as f64 * plan.look;
-        if look as f64 >= kept || look == last {
-            kept *= SPACING;
-            if let Some(spectrum) = walk.integrator.exponents().filter(|s| s.time > 0.0) {
-                largest = spectrum.exponents.first().copied();
-                keep(&mut running, &spectrum);
-                if plan.reached(&spectrum, walk.integrator.motion(sys), time) {
-                    ending = Some(Ending::Reached);
-                }
-                needed = plan.needed(&spectrum, time, longest);
-            }
-        }
-        if look == last && ending.is_none() {
-            ending = Some(match plan.goal {
-                Goal::Time(_) => Ending::Reached,
-                Goal::HalfWidth(_) | Goal::Verdict => Ending::OutOfTime,
-            });
-        }
-        let share = (plan.settle + time) / (plan.settle + needed.max(time));
-        let phase = Phase::Averaging;
-        let heeded = ending.is_some() || heed.is_due();
-        let goes_on = !heeded
-            || watch(LyapunovProgress {
-                phase,
-                share,
-                largest,
-            });
-        if !goes_on && ending.is_none() {
-            ending = Some(Ending::Stopped);
-        }
+    let ending = match goes_on {
+        true => walk.average()?,
+        false => Ending::Stopped,
     };
-
     let followed = walk.time() - start;
+    let Walk {
+        mut running, trace, ..
+    } = walk;
     let mut spectrum = integrator.exponents().unwrap_or_default();
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
@@ -329,6 +271,14 @@ pub fn lyapunov<Y: System + ?Sized>(
 }
 
 impl LyapunovPlan {
+    /// The longest time of averaging, s.
+    fn longest(&self) -> f64 {
+        match self.goal {
+            Goal::Time(time) => time,
+            Goal::HalfWidth(_) | Goal::Verdict => self.most,
+        }
+    }
+
     /// The time that averaging will take if nothing is known yet, s.
     fn expected(&self) -> f64 {
         match self.goal {
@@ -348,14 +298,14 @@ impl LyapunovPlan {
     }
 
     /// The time that the goal will probably need in all, s: half widths shrink with its square root.
-    fn needed(&self, spectrum: &LyapunovSpectrum, time: f64, longest: f64) -> f64 {
+    fn needed(&self, spectrum: &LyapunovSpectrum, time: f64) -> f64 {
         let guess = match self.goal {
             Goal::Time(all) => all,
             Goal::HalfWidth(wanted) => time * (widest(spectrum) / wanted).powi(2),
             Goal::Verdict if time < self.least => self.least,
             Goal::Verdict => 1.2 * time,
         };
-        guess.max(self.least).min(longest)
+        guess.max(self.least).min(self.longest())
     }
 }
 
@@ -387,11 +337,19 @@ fn widest(spectrum: &LyapunovSpectrum) -> f64 {
 struct Walk<'a, Y: System + ?Sized> {
     sys: &'a Y,
     integrator: &'a mut Integrator,
+    plan: &'a LyapunovPlan,
     start: f64,
-    look: f64,
     looks: u64,
     /// State at the last look.
     z: Vec<f64>,
+    watch: Watch<'a, LyapunovProgress>,
+    heed: Heed,
+    /// The largest exponent so far.
+    largest: Option<Exponent>,
+    /// The time that averaging will probably take, s.
+    needed: f64,
+    running: Vec<RunningExponents>,
+    trace: Option<MeanTrace>,
 }
 
 impl<Y: System + ?Sized> Walk<'_, Y> {
@@ -404,7 +362,81 @@ impl<Y: System + ?Sized> Walk<'_, Y> {
 
     /// Time of the last look, s.
     fn time(&self) -> f64 {
-        self.start + self.looks as f64 * self.look
+        self.start + self.looks as f64 * self.plan.look
+    }
+
+    fn goes_on(&mut self, phase: Phase, share: f64) -> bool {
+        (self.watch)(LyapunovProgress {
+            phase,
+            share,
+            largest: self.largest,
+        })
+    }
+
+    /// Lets the tangent vectors find their directions. Whether to go on.
+    fn settle(&mut self) -> Result<bool, DynamicsError> {
+        let plan = self.plan;
+        let mut goes_on = true;
+        for look in 0..(plan.settle / plan.look).ceil() as u64 {
+            self.on()?;
+            let share = (look + 1) as f64 * plan.look / (plan.settle + self.needed);
+            goes_on = !self.heed.is_due() || self.goes_on(Phase::Settling, share);
+            if !goes_on {
+                break;
+            }
+        }
+        self.integrator.forget_growth();
+        Ok(goes_on)
+    }
+
+    /// Averages their growth until the goal is reached.
+    fn average(&mut self) -> Result<Ending, DynamicsError> {
+        let plan = self.plan;
+        let last = (plan.longest() / plan.look).round().max(1.0) as u64;
+        let (mut look, mut kept) = (0, FIRST);
+        loop {
+            self.on()?;
+            look += 1;
+            let now = self.time();
+            if let Some(trace) = &mut self.trace {
+                trace.add(self.sys, self.integrator.status(), now, &self.z);
+            }
+            let time = look as f64 * plan.look;
+            let mut ending = None;
+            if look as f64 >= kept || look == last {
+                kept *= SPACING;
+                if self.reached(time) {
+                    ending = Some(Ending::Reached);
+                }
+            }
+            if look == last && ending.is_none() {
+                ending = Some(match plan.goal {
+                    Goal::Time(_) => Ending::Reached,
+                    Goal::HalfWidth(_) | Goal::Verdict => Ending::OutOfTime,
+                });
+            }
+            let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
+            let is_due = ending.is_some() || self.heed.is_due();
+            if is_due && !self.goes_on(Phase::Averaging, share) {
+                ending = ending.or(Some(Ending::Stopped));
+            }
+            if let Some(ending) = ending {
+                return Ok(ending);
+            }
+        }
+    }
+
+    /// Keeps the exponents so far; whether they reach the goal after a time of averaging, s.
+    fn reached(&mut self, time: f64) -> bool {
+        let found = self.integrator.exponents();
+        let Some(spectrum) = found.filter(|spectrum| spectrum.time > 0.0) else {
+            return false;
+        };
+        self.largest = spectrum.exponents.first().copied();
+        keep(&mut self.running, &spectrum);
+        self.needed = self.plan.needed(&spectrum, time);
+        let motion = self.integrator.motion(self.sys);
+        self.plan.reached(&spectrum, motion, time)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, Watch, lyapunov};
+use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
 use crate::dynamics::{Integrator, PERIODS_FOR_ZERO, System};
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
 use crate::scene::{Held, Loading, Scene, SubjectSpec};
+use crate::study::Watch;
 
 /// What is asked of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +71,7 @@ pub const RESOLVING: f64 = 5e-8;
 pub fn scene_lyapunov(
     scene: &Scene,
     request: &LyapunovRequest,
-    watch: Watch<'_>,
+    watch: Watch<'_, LyapunovProgress>,
 ) -> Result<SceneLyapunov, PipelineError> {
     // What the scene would have analysed along its run is not asked for here.
     let mut motion = Motion::new(&scene.clone().without_analyses())?;

@@ -53,7 +53,12 @@ fn plan(goal: Goal) -> LyapunovPlan {
     }
 }
 
-fn study<Y: System>(sys: &Y, width: usize, plan: &LyapunovPlan, watch: Watch<'_>) -> LyapunovStudy {
+fn study<Y: System>(
+    sys: &Y,
+    width: usize,
+    plan: &LyapunovPlan,
+    watch: Watch<'_, LyapunovProgress>,
+) -> LyapunovStudy {
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-8),
         max_step: 0.1,

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::evidence::Evidence;
-use crate::dynamics::Sign;
+use crate::dynamics::{Exponent, Sign};
 use crate::study::response::Response;
 
 /// The claims, as data (TOML).
@@ -18,7 +18,6 @@ const NEARLY_ZERO: f64 = 10.0;
 
 /// A claim of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Claim {
     /// A short name.
     pub id: String,
@@ -32,114 +31,55 @@ pub struct Claim {
     /// Relative deviation within which a number counts as reached.
     #[serde(default)]
     pub within: f64,
-    natural_frequency: Option<NaturalFrequency>,
-    unstable_modes: Option<UnstableModes>,
-    regime: Option<RegimeAt>,
-    strongest_line: Option<LineAt>,
-    mode_shift: Option<ShiftBetween>,
-    line: Option<LineAt>,
-    linear_mismatch: Option<MismatchAt>,
-    lag: Option<LagAt>,
-    dimension: Option<DimensionAt>,
-    recurrence_period: Option<PeriodOver>,
-    regime_over: Option<RegimeOver>,
-    exponent_zero: Option<Span>,
-    exponents_positive: Option<PositiveOver>,
-    order: Option<Order>,
+    #[serde(flatten)]
+    statement: Statement,
 }
 
+/// What is claimed, as a quantity that can be measured. Angles are tilts of the load.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NaturalFrequency {
-    mode: String,
-    hz: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct UnstableModes {
-    tilt_deg: f64,
-    count: usize,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RegimeAt {
-    tilt_deg: f64,
-    is: Vec<String>,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LineAt {
-    tilt_deg: f64,
-    hz: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ShiftBetween {
-    from_deg: f64,
-    from_hz: f64,
-    to_deg: f64,
-    to_hz: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MismatchAt {
-    tilt_deg: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LagAt {
-    tilt_deg: f64,
-    samples: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DimensionAt {
-    tilt_deg: f64,
-    is: usize,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PeriodOver {
-    from_deg: f64,
-    to_deg: f64,
-    s: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RegimeOver {
-    from_deg: f64,
-    to_deg: f64,
-    is: Vec<String>,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Span {
-    from_deg: f64,
-    to_deg: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PositiveOver {
-    from_deg: f64,
-    to_deg: f64,
-    count: usize,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Order {
-    regimes: Vec<String>,
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Statement {
+    /// A mode of the finite-element model has this natural frequency.
+    NaturalFrequency { mode: String, hz: f64 },
+    /// So many modes of steady sliding are unstable.
+    UnstableModes { tilt_deg: f64, count: usize },
+    /// The motion is of one of these kinds.
+    Regime { tilt_deg: f64, is: Vec<String> },
+    /// The same over a range of tilts.
+    RegimeOver {
+        from_deg: f64,
+        to_deg: f64,
+        is: Vec<String>,
+    },
+    /// The strongest line has this frequency.
+    StrongestLine { tilt_deg: f64, hz: f64 },
+    /// Some line has this frequency.
+    Line { tilt_deg: f64, hz: f64 },
+    /// The strongest line moves from one frequency to another.
+    ModeShift {
+        from_deg: f64,
+        from_hz: f64,
+        to_deg: f64,
+        to_hz: f64,
+    },
+    /// The mode that grows fastest is not the one that is heard.
+    LinearMismatch { tilt_deg: f64 },
+    /// The delay of the embedding.
+    Lag { tilt_deg: f64, samples: f64 },
+    /// The dimension of the embedding.
+    Dimension { tilt_deg: f64, is: usize },
+    /// The diagonals of the recurrence plot are this far apart, s.
+    RecurrencePeriod { from_deg: f64, to_deg: f64, s: f64 },
+    /// The largest Lyapunov exponent is nearly zero.
+    ExponentZero { from_deg: f64, to_deg: f64 },
+    /// So many Lyapunov exponents are positive.
+    ExponentsPositive {
+        from_deg: f64,
+        to_deg: f64,
+        count: usize,
+    },
+    /// The kinds of motion follow each other in this order as the tilt grows.
+    Order { regimes: Vec<String> },
 }
 
 #[derive(Deserialize)]
@@ -176,6 +116,15 @@ impl Holds {
         }
     }
 
+    /// By what was found, if anything was.
+    fn when<T>(found: Option<T>, is_so: impl Fn(T) -> bool) -> Self {
+        match found.map(is_so) {
+            None => Self::Unknown,
+            Some(true) => Self::Yes,
+            Some(false) => Self::No,
+        }
+    }
+
     /// By counts.
     fn of(holding: usize, all: usize) -> Self {
         match (holding, all) {
@@ -205,12 +154,12 @@ pub struct Finding {
 /// Compares every claim with what was found.
 pub fn compare(evidence: &Evidence) -> Vec<Finding> {
     let findings = claims().into_iter().map(|claim| {
-        let told = claim.tell(evidence);
+        let verdict = claim.statement.judge(claim.within, evidence);
         Finding {
-            published: told.published,
-            ours: told.ours,
-            deviation: told.deviation,
-            holds: told.holds,
+            published: verdict.published,
+            ours: verdict.ours,
+            deviation: verdict.deviation,
+            holds: verdict.holds,
             claim,
         }
     });
@@ -230,78 +179,68 @@ impl Finding {
 
 /// How near all claims are to holding: the mean of [`Finding::nearness`] by their weights, 0 to 1.
 pub fn nearness(findings: &[Finding]) -> f64 {
-    let weights: f64 = findings.iter().map(|finding| finding.claim.weight).sum();
-    let near = findings.iter().map(|f| f.claim.weight * f.nearness());
-    near.sum::<f64>() / weights.max(f64::MIN_POSITIVE)
+    weighted_mean(findings, Finding::nearness)
 }
 
 /// How well claims hold in all: the mean of their shares by their weights, 0 to 1.
 pub fn score(findings: &[Finding]) -> f64 {
+    weighted_mean(findings, |finding| finding.holds.share())
+}
+
+fn weighted_mean(findings: &[Finding], value: impl Fn(&Finding) -> f64) -> f64 {
     let weights: f64 = findings.iter().map(|finding| finding.claim.weight).sum();
-    let held = findings.iter().map(|f| f.claim.weight * f.holds.share());
-    held.sum::<f64>() / weights.max(f64::MIN_POSITIVE)
+    let values = findings.iter().map(|f| f.claim.weight * value(f));
+    values.sum::<f64>() / weights.max(f64::MIN_POSITIVE)
 }
 
 /// A comparison without its claim.
-struct Told {
+struct Verdict {
     published: String,
     ours: String,
     deviation: Option<f64>,
     holds: Holds,
 }
 
-impl Told {
-    /// A number against a published one; `None` if nothing was found.
-    fn number(
-        published: f64,
-        ours: Option<f64>,
-        within: f64,
-        show: impl Fn(f64) -> String,
-    ) -> Self {
-        let deviation = ours.map(|ours| ours / published - 1.0);
+impl Verdict {
+    /// Of what is no number.
+    fn new(published: impl ToString, ours: Option<String>, holds: Holds) -> Self {
         Self {
-            published: show(published),
-            ours: ours.map_or_else(nothing, &show),
-            deviation,
-            holds: match deviation {
-                None => Holds::Unknown,
-                Some(off) if off.abs() <= within => Holds::Yes,
-                Some(_) => Holds::No,
-            },
+            published: published.to_string(),
+            ours: ours.unwrap_or_else(nothing),
+            deviation: None,
+            holds,
         }
     }
 
-    /// How many of some points are as claimed.
+    /// A frequency against a published one, Hz; `None` if nothing was found.
+    fn frequency(published: f64, ours: Option<f64>, within: f64) -> Self {
+        let deviation = ours.map(|ours| ours / published - 1.0);
+        let holds = Holds::when(deviation, |off| off.abs() <= within);
+        Self {
+            deviation,
+            ..Self::new(khz(published), ours.map(khz), holds)
+        }
+    }
+
+    /// How many of some points are as claimed: `look` tells whether one is, and what was found there.
     fn of_points(
-        published: String,
+        published: impl ToString,
         points: &[(f64, &Response)],
-        is_so: impl Fn(&Response) -> bool,
-        show: impl Fn(&Response) -> String,
+        look: impl Fn(&Response) -> (bool, String),
     ) -> Self {
-        let holding = points
-            .iter()
-            .filter(|(_, response)| is_so(response))
-            .count();
-        let ours = match points {
-            [] => nothing(),
-            [(_, one)] => show(one),
+        let seen: Vec<_> = points.iter().map(|(tilt, r)| (tilt, look(r))).collect();
+        let holding = seen.iter().filter(|(_, (is_so, _))| *is_so).count();
+        let ours = match &seen[..] {
+            [] => None,
+            [(_, (_, shown))] => Some(shown.clone()),
             _ => {
-                let other = points.iter().find(|(_, response)| !is_so(response));
-                let first =
-                    other.map(|(tilt, response)| format!("; at {tilt} deg {}", show(response)));
-                format!(
-                    "{holding} of {} tilts{}",
-                    points.len(),
-                    first.unwrap_or_default()
-                )
+                let other = seen.iter().find(|(_, (is_so, _))| !is_so);
+                let first = other.map(|(tilt, (_, shown))| format!("; at {tilt} deg {shown}"));
+                let first = first.unwrap_or_default();
+                Some(format!("{holding} of {} tilts{first}", seen.len()))
             }
         };
-        Self {
-            published,
-            ours,
-            deviation: None,
-            holds: Holds::of(holding, points.len()),
-        }
+        Self::new(published, ours, Holds::of(holding, seen.len()))
     }
 }
 
@@ -313,193 +252,166 @@ fn khz(hz: f64) -> String {
     format!("{:.3} kHz", 1e-3 * hz)
 }
 
-impl Claim {
-    fn tell(&self, evidence: &Evidence) -> Told {
+impl Statement {
+    fn judge(&self, within: f64, evidence: &Evidence) -> Verdict {
         let at = |tilt: f64| evidence.at(tilt);
-        let one = |tilt: f64| {
-            at(tilt)
-                .map(|response| (tilt, response))
-                .into_iter()
-                .collect::<Vec<_>>()
-        };
-        if let Some(NaturalFrequency { mode, hz }) = &self.natural_frequency {
-            let found = evidence.natural_frequencies.iter();
-            let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
-            return Told::number(*hz, found.min_by(f64::total_cmp), self.within, khz);
-        }
-        if let Some(UnstableModes { tilt_deg, count }) = &self.unstable_modes {
-            let of = |response: &Response| {
-                let linear = response.linear.as_ref();
-                linear.map_or(0, |linear| linear.unstable().count())
-            };
-            let is_so = |response: &Response| of(response) == *count;
-            let show = |response: &Response| of(response).to_string();
-            return Told::of_points(count.to_string(), &one(*tilt_deg), is_so, show);
-        }
-        if let Some(RegimeAt { tilt_deg, is }) = &self.regime {
-            return regimes(is, &one(*tilt_deg));
-        }
-        if let Some(RegimeOver {
-            from_deg,
-            to_deg,
-            is,
-        }) = &self.regime_over
-        {
-            return regimes(is, &evidence.between(*from_deg, *to_deg));
-        }
-        let strongest = |tilt: f64| Some(at(tilt)?.lines.first()?.frequency);
-        if let Some(LineAt { tilt_deg, hz }) = &self.strongest_line {
-            return Told::number(*hz, strongest(*tilt_deg), self.within, khz);
-        }
-        if let Some(shift) = &self.mode_shift {
-            let [from, to] = [
-                (shift.from_hz, strongest(shift.from_deg)),
-                (shift.to_hz, strongest(shift.to_deg)),
-            ]
-            .map(|(hz, found)| Told::number(hz, found, self.within, khz));
-            let both = |a: String, b: String| format!("{a} to {b}");
-            return Told {
-                published: both(from.published, to.published),
-                ours: both(from.ours, to.ours),
-                deviation: None,
-                holds: match (from.holds, to.holds) {
-                    (Holds::Unknown, _) | (_, Holds::Unknown) => Holds::Unknown,
-                    (Holds::Yes, Holds::Yes) => Holds::Yes,
-                    _ => Holds::No,
-                },
-            };
-        }
-        if let Some(LineAt { tilt_deg, hz }) = &self.line {
-            let lines = at(*tilt_deg).map_or(&[][..], |response| &response.lines);
-            let off = |line: f64| (line / hz - 1.0).abs();
-            // Among many faint lines one is near to anything.
-            let strongest = lines.first().map_or(0.0, |line| line.amplitude);
-            let seen = lines
-                .iter()
-                .filter(|line| line.amplitude >= SEEN * strongest);
-            let nearest = seen.map(|line| line.frequency);
-            let nearest = nearest.min_by(|a, b| off(*a).total_cmp(&off(*b)));
-            return Told::number(*hz, nearest, self.within, khz);
-        }
-        if let Some(MismatchAt { tilt_deg }) = &self.linear_mismatch {
-            return mismatch(at(*tilt_deg), self.within);
-        }
-        if let Some(LagAt { tilt_deg, samples }) = &self.lag {
-            // The paper's spacing is not stated: there is nothing to hold the number against.
-            let found = evidence.delay.filter(|_| at(*tilt_deg).is_some());
-            return Told {
-                published: format!("{samples} samples"),
-                ours: found.map_or_else(nothing, |delay| format!("{:.0} us", 1e6 * delay.lag)),
-                deviation: None,
-                holds: Holds::Unknown,
-            };
-        }
-        if let Some(DimensionAt { tilt_deg, is }) = &self.dimension {
-            let found = evidence.delay.filter(|_| at(*tilt_deg).is_some());
-            return Told {
-                published: is.to_string(),
-                ours: found.map_or_else(nothing, |delay| delay.dimension.to_string()),
-                deviation: None,
-                holds: match found {
-                    None => Holds::Unknown,
-                    Some(delay) if delay.dimension == *is => Holds::Yes,
-                    Some(_) => Holds::No,
-                },
-            };
-        }
-        if let Some(PeriodOver {
-            from_deg,
-            to_deg,
-            s,
-        }) = &self.recurrence_period
-        {
-            let within = self.within;
-            let is_so = |response: &Response| {
-                let period = response.recurrence_period;
-                period.is_some_and(|period| (period / s - 1.0).abs() <= within)
-            };
-            let show = |response: &Response| match response.recurrence_period {
-                Some(period) => format!("{:.3} ms", 1e3 * period),
-                None => "none".to_owned(),
-            };
-            let points = evidence.between(*from_deg, *to_deg);
-            return Told::of_points(format!("{:.3} ms", 1e3 * s), &points, is_so, show);
-        }
-        if let Some(Span { from_deg, to_deg }) = &self.exponent_zero {
-            let is_so = |response: &Response| {
-                let spectrum = response.exponents.as_ref();
-                let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
-                largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO)
-            };
-            let points = evidence.between(*from_deg, *to_deg);
-            return Told::of_points("nearly zero".to_owned(), &points, is_so, largest);
-        }
-        if let Some(PositiveOver {
-            from_deg,
-            to_deg,
-            count,
-        }) = &self.exponents_positive
-        {
-            let is_so = |response: &Response| {
-                (0..*count).all(|k| sign(response, k) == Some(Sign::Positive))
-            };
-            let published = match count {
-                1 => "positive".to_owned(),
-                count => format!("{count} positive"),
-            };
-            let points = evidence.between(*from_deg, *to_deg);
-            return Told::of_points(published, &points, is_so, largest);
-        }
-        if let Some(Order { regimes }) = &self.order {
-            return order(regimes, evidence);
-        }
-        Told {
-            published: String::new(),
-            ours: nothing(),
-            deviation: None,
-            holds: Holds::Unknown,
+        let one = |tilt: f64| -> Vec<_> { at(tilt).map(|r| (tilt, r)).into_iter().collect() };
+        match *self {
+            Self::NaturalFrequency { ref mode, hz } => {
+                natural_frequency(mode, hz, within, evidence)
+            }
+            Self::UnstableModes { tilt_deg, count } => unstable_modes(count, &one(tilt_deg)),
+            Self::Regime { tilt_deg, ref is } => regimes(is, &one(tilt_deg)),
+            Self::RegimeOver {
+                from_deg,
+                to_deg,
+                ref is,
+            } => regimes(is, &evidence.between(from_deg, to_deg)),
+            Self::StrongestLine { tilt_deg, hz } => strongest_line(at(tilt_deg), hz, within),
+            Self::Line { tilt_deg, hz } => line(at(tilt_deg), hz, within),
+            Self::ModeShift {
+                from_deg,
+                from_hz,
+                to_deg,
+                to_hz,
+            } => both(
+                strongest_line(at(from_deg), from_hz, within),
+                strongest_line(at(to_deg), to_hz, within),
+            ),
+            Self::LinearMismatch { tilt_deg } => mismatch(at(tilt_deg), within),
+            Self::Lag { tilt_deg, samples } => {
+                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
+                let ours = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
+                // The paper's spacing is not stated: there is nothing to hold the number against.
+                Verdict::new(format!("{samples} samples"), ours, Holds::Unknown)
+            }
+            Self::Dimension { tilt_deg, is } => {
+                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
+                let found = found.map(|delay| delay.dimension);
+                let holds = Holds::when(found, |dimension| dimension == is);
+                Verdict::new(is, found.map(|dimension| dimension.to_string()), holds)
+            }
+            Self::RecurrencePeriod {
+                from_deg,
+                to_deg,
+                s,
+            } => recurrence_period(s, within, &evidence.between(from_deg, to_deg)),
+            Self::ExponentZero { from_deg, to_deg } => {
+                exponent_zero(&evidence.between(from_deg, to_deg))
+            }
+            Self::ExponentsPositive {
+                from_deg,
+                to_deg,
+                count,
+            } => exponents_positive(count, &evidence.between(from_deg, to_deg)),
+            Self::Order { ref regimes } => order(regimes, &evidence.all()),
         }
     }
 }
 
+fn natural_frequency(mode: &str, hz: f64, within: f64, evidence: &Evidence) -> Verdict {
+    let found = evidence.natural_frequencies.iter();
+    let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
+    Verdict::frequency(hz, found.min_by(f64::total_cmp), within)
+}
+
+fn unstable_modes(count: usize, points: &[(f64, &Response)]) -> Verdict {
+    Verdict::of_points(count, points, |response| {
+        let linear = response.linear.as_ref();
+        let found = linear.map_or(0, |linear| linear.unstable().count());
+        (found == count, found.to_string())
+    })
+}
+
+/// Points against the kinds of motion that they may have.
+fn regimes(allowed: &[String], points: &[(f64, &Response)]) -> Verdict {
+    Verdict::of_points(allowed.join(" or "), points, |response| {
+        let found = response.regime.to_string();
+        (allowed.contains(&found), found)
+    })
+}
+
+fn strongest_line(response: Option<&Response>, hz: f64, within: f64) -> Verdict {
+    let line = response.and_then(|response| response.lines.first());
+    Verdict::frequency(hz, line.map(|line| line.frequency), within)
+}
+
+/// The line nearest to a frequency.
+fn line(response: Option<&Response>, hz: f64, within: f64) -> Verdict {
+    let lines = response.map_or(&[][..], |response| &response.lines);
+    let off = |line: f64| (line / hz - 1.0).abs();
+    // Among many faint lines one is near to anything.
+    let strongest = lines.first().map_or(0.0, |line| line.amplitude);
+    let seen = lines
+        .iter()
+        .filter(|line| line.amplitude >= SEEN * strongest);
+    let nearest = seen.map(|line| line.frequency);
+    let nearest = nearest.min_by(|a, b| off(*a).total_cmp(&off(*b)));
+    Verdict::frequency(hz, nearest, within)
+}
+
+/// Both of two frequencies.
+fn both(from: Verdict, to: Verdict) -> Verdict {
+    let holds = match (from.holds, to.holds) {
+        (Holds::Unknown, _) | (_, Holds::Unknown) => Holds::Unknown,
+        (Holds::Yes, Holds::Yes) => Holds::Yes,
+        _ => Holds::No,
+    };
+    let ours = format!("{} to {}", from.ours, to.ours);
+    Verdict::new(
+        format!("{} to {}", from.published, to.published),
+        Some(ours),
+        holds,
+    )
+}
+
 /// Whether the mode that grows fastest is not the one that is heard.
-fn mismatch(response: Option<&Response>, within: f64) -> Told {
+fn mismatch(response: Option<&Response>, within: f64) -> Verdict {
     let found = response.and_then(|response| {
         let modes = response.linear.as_ref()?.unstable();
         let fastest = modes.max_by(|a, b| a.growth.total_cmp(&b.growth))?;
         Some((fastest.frequency_hz, response.lines.first()?.frequency))
     });
-    Told {
-        published: "another one".to_owned(),
-        ours: found.map_or_else(nothing, |(grows, heard)| {
-            format!("{} grows fastest, {} is heard", khz(grows), khz(heard))
-        }),
-        deviation: None,
-        holds: match found {
-            None => Holds::Unknown,
-            Some((grows, heard)) if (heard / grows - 1.0).abs() > within => Holds::Yes,
-            Some(_) => Holds::No,
-        },
-    }
+    let ours = found
+        .map(|(grows, heard)| format!("{} grows fastest, {} is heard", khz(grows), khz(heard)));
+    let holds = Holds::when(found, |(grows, heard)| (heard / grows - 1.0).abs() > within);
+    Verdict::new("another one", ours, holds)
 }
 
-/// Points against the kinds of motion that they may have.
-fn regimes(allowed: &[String], points: &[(f64, &Response)]) -> Told {
-    let is_so = |response: &Response| allowed.contains(&response.regime.to_string());
-    let show = |response: &Response| response.regime.to_string();
-    Told::of_points(allowed.join(" or "), points, is_so, show)
+fn recurrence_period(published: f64, within: f64, points: &[(f64, &Response)]) -> Verdict {
+    let show = |period: f64| format!("{:.3} ms", 1e3 * period);
+    Verdict::of_points(show(published), points, |response| {
+        let found = response.recurrence_period;
+        let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
+        (is_so, found.map_or_else(|| "none".to_owned(), show))
+    })
+}
+
+fn exponent_zero(points: &[(f64, &Response)]) -> Verdict {
+    Verdict::of_points("nearly zero", points, |response| {
+        let largest = largest(response);
+        let is_so = largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO);
+        (is_so, shown(largest))
+    })
+}
+
+fn exponents_positive(count: usize, points: &[(f64, &Response)]) -> Verdict {
+    let published = match count {
+        1 => "positive".to_owned(),
+        count => format!("{count} positive"),
+    };
+    Verdict::of_points(published, points, |response| {
+        let is_so = (0..count).all(|k| sign(response, k) == Some(Sign::Positive));
+        (is_so, shown(largest(response)))
+    })
 }
 
 /// The kinds of motion along the tilt against an order: the longest run of points that keeps to it,
 /// over all of them, if each kind is there at all.
-fn order(regimes: &[String], evidence: &Evidence) -> Told {
-    let points = evidence.all();
-    let seen: Vec<String> = points
-        .iter()
-        .map(|(_, response)| response.regime.to_string())
-        .collect();
-    let mut told: Vec<&str> = seen.iter().map(String::as_str).collect();
-    told.dedup();
+fn order(regimes: &[String], points: &[(f64, &Response)]) -> Verdict {
+    let seen: Vec<String> = points.iter().map(|(_, r)| r.regime.to_string()).collect();
+    let mut successive = seen.clone();
+    successive.dedup();
     // The most points that can be kept so that their kinds never go back in the order.
     let mut best = vec![0; regimes.len()];
     for regime in &seen {
@@ -510,27 +422,20 @@ fn order(regimes: &[String], evidence: &Evidence) -> Told {
         best[place] = before + 1;
     }
     let kept = best.into_iter().max().unwrap_or(0);
-    let all_there = regimes.iter().all(|regime| seen.contains(regime));
-    let missing = regimes
+    let present = regimes
         .iter()
-        .filter(|regime| !seen.contains(regime))
+        .filter(|regime| seen.contains(regime))
         .count();
-    let present = (regimes.len() - missing) as f64 / regimes.len().max(1) as f64;
-    let share = kept as f64 / seen.len().max(1) as f64;
-    Told {
-        published: regimes.join(", then "),
-        ours: if told.is_empty() {
-            nothing()
-        } else {
-            told.join(", ")
-        },
-        deviation: None,
-        holds: match seen.len() {
-            0 => Holds::Unknown,
-            count if kept == count && all_there => Holds::Yes,
-            _ => Holds::Partly(share * present),
-        },
-    }
+    let holds = match seen.len() {
+        0 => Holds::Unknown,
+        count if kept == count && present == regimes.len() => Holds::Yes,
+        count => {
+            let share = kept as f64 / count as f64;
+            Holds::Partly(share * (present as f64 / regimes.len().max(1) as f64))
+        }
+    };
+    let ours = (!seen.is_empty()).then(|| successive.join(", "));
+    Verdict::new(regimes.join(", then "), ours, holds)
 }
 
 fn sign(response: &Response, k: usize) -> Option<Sign> {
@@ -538,10 +443,12 @@ fn sign(response: &Response, k: usize) -> Option<Sign> {
     (k < spectrum.exponents.len()).then(|| spectrum.sign(k))
 }
 
-fn largest(response: &Response) -> String {
-    let spectrum = response.exponents.as_ref();
-    let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
-    largest.map_or_else(nothing, |e| {
+fn largest(response: &Response) -> Option<Exponent> {
+    response.exponents.as_ref()?.exponents.first().copied()
+}
+
+fn shown(exponent: Option<Exponent>) -> String {
+    exponent.map_or_else(nothing, |e| {
         // Small ones count: whether an interval holds zero must be seen.
         let places = if e.half_width < 2.0 { 2 } else { 0 };
         format!("{:.places$} +- {:.places$} 1/s", e.value, e.half_width)

@@ -122,6 +122,14 @@ fn the_claims_can_be_read_and_name_known_things() {
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), claims.len());
+    // Beside what each of them has, a claim has one statement: a misspelt key would be a second one.
+    let file: toml::Table = CLAIMS.parse().unwrap();
+    for claim in file["claim"].as_array().unwrap() {
+        let common = ["id", "where", "says", "weight", "within"];
+        let keys = claim.as_table().unwrap().keys();
+        let statements = keys.filter(|key| !common.contains(&key.as_str()));
+        assert_eq!(statements.count(), 1, "{claim}");
+    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Everything that is told of a settled motion from the probe's samples.
 
+use super::Response;
 use crate::analysis::{
     AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
-    RateBase, RecurrenceRule, Regime, RegimeSearch, SpectralLine, SpectrumAnalyser, Threshold,
-    Window, classify, delay_section, deviation, name_lines, quantify, range,
+    RateBase, RecurrenceRule, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
+    delay_section, deviation, name_lines, quantify, range,
 };
+use crate::dynamics::Tally;
 use crate::scene::{Scene, SectionSurface, Setting};
 
 /// The most maxima and passages kept, the newest ones.
@@ -57,22 +59,6 @@ pub(super) struct Samples {
     velocity: Vec<f64>,
 }
 
-/// What they tell.
-pub(super) struct Told {
-    pub amplitude: f64,
-    pub rms_velocity: f64,
-    pub peak_velocity: f64,
-    pub maxima: Vec<f64>,
-    pub section: Vec<[f64; 2]>,
-    pub lines: Vec<SpectralLine>,
-    pub floor_share: f64,
-    pub recurrence: Option<Measures>,
-    pub recurrence_period: Option<f64>,
-    pub regime: Regime,
-    pub confidence: f64,
-    pub portrait: Portrait,
-}
-
 impl Samples {
     /// For so many samples at `rate` (Hz).
     pub fn new(rate: f64, count: usize) -> Self {
@@ -88,8 +74,9 @@ impl Samples {
         self.velocity.push(velocity);
     }
 
-    /// Tells all of it; what moves less than `silence` (m) is silent.
-    pub fn tell(&self, scene: &Scene, silence: f64) -> Result<Told, AnalysisError> {
+    /// All that the samples tell of a response, the rest of it empty; what moves less than `silence` (m) is
+    /// silent.
+    pub fn response(&self, scene: &Scene, silence: f64) -> Result<Response, AnalysisError> {
         let u = &self.displacement[..];
         let [low, high] = range(u.iter().copied());
         let amplitude = 0.5 * (high - low);
@@ -113,7 +100,9 @@ impl Samples {
             true => self.recurrence(lag)?,
             false => None,
         };
-        Ok(Told {
+        Ok(Response {
+            transient: 0.0,
+            settled: false,
             amplitude,
             rms_velocity,
             peak_velocity: speeds.fold(0.0, f64::max),
@@ -121,11 +110,15 @@ impl Samples {
             section: if moves { section(u, lag)? } else { Vec::new() },
             lines: naming.label(&lines),
             floor_share: spectrum.floor_share(),
+            exponents: None,
             recurrence_period: recurrence.as_ref().and_then(|(_, period)| *period),
             recurrence: recurrence.map(|(measures, _)| measures),
+            linear: None,
             regime: verdict.regime,
             confidence: verdict.confidence,
-            portrait: self.portrait(&spectrum.amplitude, spectrum.bin),
+            portrait: Some(self.portrait(&spectrum.amplitude, spectrum.bin)),
+            state: Vec::new(),
+            tally: Tally::default(),
         })
     }
 
@@ -221,6 +214,7 @@ fn section(samples: &[f64], lag: usize) -> Result<Vec<[f64; 2]>, AnalysisError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::Regime;
     use crate::analysis::test_signals::sines;
 
     #[test]
@@ -245,7 +239,7 @@ mod tests {
         for pair in u.windows(2) {
             samples.push([pair[0], (pair[1] - pair[0]) * 200e3]);
         }
-        let told = samples.tell(&scene, 3e-10).unwrap();
+        let told = samples.response(&scene, 3e-10).unwrap();
         assert_eq!(told.regime, Regime::QuasiPeriodic);
         assert!(
             (told.lines[0].frequency - 4110.0).abs() < 0.1,
@@ -260,7 +254,8 @@ mod tests {
         assert!(determinism > 0.85, "{determinism}");
         // The passages lie on a loop about the point of the first tone alone.
         assert_eq!(told.section.len(), MOST_POINTS);
-        assert_eq!(told.portrait.displacement.len(), 4000);
-        assert!((told.portrait.bin - 5.0).abs() < 0.01);
+        let portrait = told.portrait.unwrap();
+        assert_eq!(portrait.displacement.len(), 4000);
+        assert!((portrait.bin - 5.0).abs() < 0.01);
     }
 }

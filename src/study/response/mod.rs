@@ -20,7 +20,7 @@ use crate::pipeline::{PipelineError, Prepared, prepare_on};
 use crate::scene::Scene;
 
 use super::pool::Heed;
-use super::{StabilityAt, StudyError, stability};
+use super::{StabilityAt, StudyError, Watch, stability};
 use measure::Samples;
 pub use measure::{Portrait, section_lag};
 use settle::Settling;
@@ -119,9 +119,6 @@ pub struct ResponseProgress {
     pub expected: f64,
 }
 
-/// Is told how far it is, and answers whether to go on.
-pub type Watch<'a> = &'a mut dyn FnMut(ResponseProgress) -> bool;
-
 /// Periods of the slowest mode in a block of energies.
 const BLOCK: f64 = 5.0;
 
@@ -144,83 +141,46 @@ pub fn response(
     from: From<'_>,
     plan: &ResponsePlan,
     ball: &mut Option<BallJoint>,
-    watch: Watch<'_>,
+    watch: Watch<'_, ResponseProgress>,
 ) -> Result<Option<Response>, ResponseError> {
-    let Prepared {
-        system,
-        probe,
-        integrator,
-        mut state,
-    } = prepare_on(scene, ball)?;
+    let mut prepared = prepare_on(scene, ball)?;
     let linear = match (scene.joint(), &ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
         _ => None,
     };
     if let From::State(z) = from {
         // What follows the vibration, such as a work, starts afresh.
-        state.fill(0.0);
-        let common = z.len().min(state.len());
-        state[..common].copy_from_slice(&z[..common]);
+        prepared.state.fill(0.0);
+        let common = z.len().min(prepared.state.len());
+        prepared.state[..common].copy_from_slice(&z[..common]);
     }
-    let mut run = Run {
-        system: &*system,
-        probe: &probe,
-        rate: scene.sample_rate,
-        integrator,
-        z: state,
-        samples: 0,
-        watch,
-        heed: Heed::default(),
-        expected: plan.least + plan.measure,
-        most_calls: plan.most_calls,
-    };
-    run.integrator.start(run.system, 0.0, &run.z)?;
-    let Some(mut settled) = run.settle(plan)? else {
+    let mut run = Run::new(prepared, scene, plan, watch)?;
+    let Some(settled) = run.settle()? else {
         return Ok(None);
     };
-    let mut transient = run.time();
+    let transient = run.time();
     let width = plan.exponents.min(run.system.tangent_dim());
     if width > 0 && !run.follow(width, scene.start.seed)? {
         return Ok(None);
     }
-    let samples = loop {
-        run.expected = run.time() + plan.measure;
-        let Some((samples, changed)) = run.measure(plan.measure)? else {
-            return Ok(None);
-        };
-        if !changed || run.time() >= plan.most + plan.measure {
-            settled &= !changed;
-            break samples;
-        }
-        // What looked settled gave way to another motion: that one is measured.
-        transient = run.time();
-        run.integrator.forget_growth();
+    let Some(measured) = run.measure(transient)? else {
+        return Ok(None);
     };
     let exponents = run.integrator.exponents();
     let silence = match linear {
         Some(_) => SILENCE,
         None => 0.0,
     };
-    let told = samples.tell(scene, silence)?;
+    let by_samples = measured.samples.response(scene, silence)?;
     Ok(Some(Response {
-        transient,
-        settled,
-        amplitude: told.amplitude,
-        rms_velocity: told.rms_velocity,
-        peak_velocity: told.peak_velocity,
-        maxima: told.maxima,
-        section: told.section,
-        lines: told.lines,
-        floor_share: told.floor_share,
+        transient: measured.transient,
+        settled: settled && !measured.changed,
         exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
-        recurrence: told.recurrence,
-        recurrence_period: told.recurrence_period,
         linear,
-        regime: told.regime,
-        confidence: told.confidence,
-        portrait: plan.portrait.then_some(told.portrait),
+        portrait: by_samples.portrait.filter(|_| plan.portrait),
         state: run.z[..2 * run.system.modes()].to_vec(),
         tally: run.integrator.tally(),
+        ..by_samples
     }))
 }
 
@@ -255,21 +215,53 @@ pub enum ResponseError {
 
 /// A motion on its way.
 struct Run<'a> {
-    system: &'a (dyn System + Send),
-    probe: &'a [f64],
+    system: Box<dyn System + Send>,
+    probe: Vec<f64>,
     /// Samples a second.
     rate: f64,
     integrator: Integrator,
     /// State at the last sample.
     z: Vec<f64>,
     samples: u64,
-    watch: Watch<'a>,
+    watch: Watch<'a, ResponseProgress>,
     heed: Heed,
     expected: f64,
-    most_calls: Option<u64>,
+    plan: &'a ResponsePlan,
 }
 
-impl Run<'_> {
+/// A stretch of the motion after its transient.
+struct Measured {
+    samples: Samples,
+    /// Time before it began, s.
+    transient: f64,
+    /// Whether it begins in one motion and ends in another.
+    changed: bool,
+}
+
+impl<'a> Run<'a> {
+    /// At the prepared state.
+    fn new(
+        prepared: Prepared,
+        scene: &Scene,
+        plan: &'a ResponsePlan,
+        watch: Watch<'a, ResponseProgress>,
+    ) -> Result<Self, ResponseError> {
+        let mut run = Self {
+            system: prepared.system,
+            probe: prepared.probe,
+            rate: scene.sample_rate,
+            integrator: prepared.integrator,
+            z: prepared.state,
+            samples: 0,
+            watch,
+            heed: Heed::default(),
+            expected: plan.least + plan.measure,
+            plan,
+        };
+        run.integrator.start(&*run.system, 0.0, &run.z)?;
+        Ok(run)
+    }
+
     /// Time of the last sample, s.
     fn time(&self) -> f64 {
         self.samples as f64 / self.rate
@@ -290,9 +282,9 @@ impl Run<'_> {
     fn on(&mut self) -> Result<bool, ResponseError> {
         self.samples += 1;
         let time = self.time();
-        self.integrator.sample(self.system, time, &mut self.z)?;
+        self.integrator.sample(&*self.system, time, &mut self.z)?;
         let calls = self.integrator.tally().calls;
-        if self.most_calls.is_some_and(|most| calls > most) {
+        if self.plan.most_calls.is_some_and(|most| calls > most) {
             return Err(ResponseError::Effort { calls, time });
         }
         Ok(!self.heed.is_due() || self.goes_on())
@@ -314,7 +306,8 @@ impl Run<'_> {
     }
 
     /// Runs until the transient is over; whether it was. `None` if it was told to stop.
-    fn settle(&mut self, plan: &ResponsePlan) -> Result<Option<bool>, ResponseError> {
+    fn settle(&mut self) -> Result<Option<bool>, ResponseError> {
+        let plan = self.plan;
         let omega = self.system.omega().to_vec();
         let mut settling = Settling::new(omega.len(), self.block());
         let mut largest: f64 = 0.0;
@@ -346,13 +339,13 @@ impl Run<'_> {
     /// stop.
     fn follow(&mut self, width: usize, seed: u64) -> Result<bool, ResponseError> {
         let time = self.time();
-        self.integrator.land(self.system, time)?;
+        self.integrator.land(&*self.system, time)?;
         let start = self.integrator.state().to_vec();
         let mut with = self
             .integrator
             .clone()
-            .with_tangents(self.system, width, seed)?;
-        with.start(self.system, time, &start)?;
+            .with_tangents(&*self.system, width, seed)?;
+        with.start(&*self.system, time, &start)?;
         self.integrator = with;
         let align = (ALIGN * self.period() * self.rate).min(1e9) as u64;
         for _ in 0..align {
@@ -361,15 +354,35 @@ impl Run<'_> {
             }
         }
         let time = self.time();
-        self.integrator.land(self.system, time)?;
+        self.integrator.land(&*self.system, time)?;
         self.integrator.forget_growth();
         Ok(true)
     }
 
-    /// Samples the settled motion for so long (s), and tells whether it has changed meanwhile. `None` if
-    /// it was told to stop.
-    fn measure(&mut self, time: f64) -> Result<Option<(Samples, bool)>, ResponseError> {
-        let count = (time * self.rate).round().max(1.0) as usize;
+    /// Samples the settled motion after a transient, s. `None` if it was told to stop.
+    fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
+        loop {
+            self.expected = self.time() + self.plan.measure;
+            let Some((samples, changed)) = self.stretch()? else {
+                return Ok(None);
+            };
+            if !changed || self.time() >= self.plan.most + self.plan.measure {
+                return Ok(Some(Measured {
+                    samples,
+                    transient,
+                    changed,
+                }));
+            }
+            // What looked settled gave way to another motion: that one is measured.
+            transient = self.time();
+            self.integrator.forget_growth();
+        }
+    }
+
+    /// Samples one stretch, and tells whether the motion has changed meanwhile. `None` if it was told to
+    /// stop.
+    fn stretch(&mut self) -> Result<Option<(Samples, bool)>, ResponseError> {
+        let count = (self.plan.measure * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let omega = self.system.omega().to_vec();
         let mut settling = Settling::new(omega.len(), self.block());
@@ -384,7 +397,7 @@ impl Run<'_> {
             largest = largest.max(probe[0].abs());
         }
         let time = self.time();
-        self.integrator.land(self.system, time)?;
+        self.integrator.land(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
         let changed = largest >= SILENCE && settling.has_changed();
         Ok(Some((samples, changed)))

@@ -81,32 +81,37 @@ impl From<AnalysisError> for End {
     }
 }
 
+/// Refuses samples that cannot be analysed.
+fn check(samples: &[f64]) -> Result<(), AnalysisError> {
+    if samples.len() < FEWEST_SAMPLES {
+        return Err(AnalysisError::TooShort {
+            what: "analysis of a signal",
+            have: samples.len(),
+            need: FEWEST_SAMPLES,
+        });
+    }
+    if samples.iter().all(|x| *x == samples[0]) {
+        return Err(AnalysisError::Constant);
+    }
+    let [low, high] = range(samples.iter().copied());
+    let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
+    if !can_be_squared || high - low < SMALLEST_RANGE {
+        return Err(AnalysisError::Size);
+    }
+    let buffers = SpectrumAnalyser::bytes(samples.len().min(MOST_SPECTRUM));
+    memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
+        samples: samples.len(),
+        shortage,
+    })
+}
+
 fn run(
     signal: Signal,
     search: &SignalSearch,
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
 ) -> Result<SignalReport, End> {
     let samples = &signal.samples[..];
-    if samples.len() < FEWEST_SAMPLES {
-        return Err(End::Failed(AnalysisError::TooShort {
-            what: "analysis of a signal",
-            have: samples.len(),
-            need: FEWEST_SAMPLES,
-        }));
-    }
-    if samples.iter().all(|x| *x == samples[0]) {
-        return Err(End::Failed(AnalysisError::Constant));
-    }
-    let [low, high] = range(samples.iter().copied());
-    let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
-    if !can_be_squared || high - low < SMALLEST_RANGE {
-        return Err(End::Failed(AnalysisError::Size));
-    }
-    let buffers = SpectrumAnalyser::bytes(samples.len().min(MOST_SPECTRUM));
-    memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
-        samples: samples.len(),
-        shortage,
-    })?;
+    check(samples)?;
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
@@ -147,17 +152,15 @@ fn run(
     let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
     let kantz = parting(newest, &delay, DivergenceMethod::Kantz { radius })?;
     step(0.88, "0-1 test")?;
-    let stride = ZeroOneTest::stride_for(newest).max(delay.lag);
-    let stride = stride.min((newest.len() / ZeroOneTest::FEWEST_SAMPLES).max(1));
+    let most = (newest.len() / ZeroOneTest::FEWEST_SAMPLES).max(1);
+    let stride = ZeroOneTest::stride_for(newest).max(delay.lag).min(most);
     let zero_one = zero_one(newest, &ZeroOneTest::with_stride(stride))?;
     step(0.94, "kind of motion")?;
-    let verdict = classify(
-        newest,
-        &RegimeSearch {
-            sample_rate: signal.rate,
-            silence: 0.0,
-        },
-    )?;
+    let search = RegimeSearch {
+        sample_rate: signal.rate,
+        silence: 0.0,
+    };
+    let verdict = classify(newest, &search)?;
     step(1.0, "done")?;
     let nonlinear_samples = newest.len();
     Ok(SignalReport {

@@ -39,10 +39,8 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         let [fewest, most] = samples.map(|samples| samples / rate);
         (periods * period).clamp(fewest, most)
     };
-    let parting = long(CHAOS_PERIODS, CHAOS_SAMPLES);
-    let verdict = long(VERDICT_PERIODS, VERDICT_SAMPLES);
+    let shortest = spectrogram_window(signal.samples.len(), period * rate) as f64 / rate;
     let lag = report.delay.lag as f64 / rate;
-    let theiler = report.delay.theiler as f64 / rate;
     let embedding = EmbeddingSpec {
         lag: Setting::Given(lag),
         dimension: Setting::Given(report.delay.dimension),
@@ -52,22 +50,14 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
         threshold: report.recurrence.rule.threshold,
     };
     let step = report.recurrence.stride as f64 / rate;
+    let parting = long(CHAOS_PERIODS, CHAOS_SAMPLES);
     let parting_samples = (parting.min(duration / 4.0) * rate) as usize;
-    let rules = DivergenceSearch::for_delay(
-        report.delay.lag,
-        report.delay.dimension,
-        report.delay.theiler,
-        parting_samples,
-    );
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
             sliding: sliding(SPECTRUM_PERIODS * period, LOOKS),
         }),
         spectrogram: Some(SpectrogramSpec {
-            sliding: sliding(
-                spectrogram_window(signal.samples.len(), period * rate) as f64 / rate,
-                2.0 * LOOKS,
-            ),
+            sliding: sliding(shortest, 2.0 * LOOKS),
             max_frequency: highest_frequency(report),
         }),
         delay: Some(DelaySpec {
@@ -102,19 +92,33 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
             },
             direction: Direction::Rising,
         }),
-        chaos: Some(ChaosSpec {
-            sliding: sliding(parting, LOOKS / 5.0),
-            embedding,
-            theiler,
-            horizon: rules.horizon as f64 / rate,
-            method: DivergenceMethod::Rosenstein,
-        }),
+        chaos: Some(chaos(
+            report,
+            sliding(parting, LOOKS / 5.0),
+            parting_samples,
+        )),
         regime: Some(RegimeSpec {
-            sliding: sliding(verdict, LOOKS / 4.0),
+            sliding: sliding(long(VERDICT_PERIODS, VERDICT_SAMPLES), LOOKS / 4.0),
             silence: 0.0,
         }),
         exponents: None,
         butterfly: None,
+    }
+}
+
+/// How neighbours part in windows of so many samples.
+fn chaos(report: &SignalReport, sliding: SlidingSpec, samples: usize) -> ChaosSpec {
+    let (rate, delay) = (report.signal.rate, &report.delay);
+    let rules = DivergenceSearch::for_delay(delay.lag, delay.dimension, delay.theiler, samples);
+    ChaosSpec {
+        sliding,
+        embedding: EmbeddingSpec {
+            lag: Setting::Given(delay.lag as f64 / rate),
+            dimension: Setting::Given(delay.dimension),
+        },
+        theiler: delay.theiler as f64 / rate,
+        horizon: rules.horizon as f64 / rate,
+        method: DivergenceMethod::Rosenstein,
     }
 }
 
