@@ -1,7 +1,7 @@
 //! Whether it is chaos: parting neighbours, the 0-1 test, the verdict.
 
 use super::{View, dots, line};
-use crate::analysis::Divergence;
+use crate::analysis::{Divergence, ScalingRegion};
 use crate::figure::panel::{Axis, Bar, Mark, Panel, extent};
 use crate::figure::style::{BLUE, FAINT, VERMILION};
 use crate::figure::{Figure, FigureError};
@@ -9,7 +9,7 @@ use crate::figure::{Figure, FigureError};
 impl View<'_> {
     pub fn divergence(&self) -> Result<Figure, FigureError> {
         let panel = |title: &str, divergence: &Divergence| {
-            let ms = 1e3 / self.report.signal.rate;
+            let ms = 1e3 * divergence.step;
             let curve: Vec<[f64; 2]> = divergence
                 .curve
                 .iter()
@@ -19,9 +19,8 @@ impl View<'_> {
             let mut marks = vec![line(curve.clone(), BLUE, "")];
             let verdict = match &divergence.region {
                 Some(region) => {
-                    let rate = self.report.signal.rate;
-                    let at = |k: usize| [k as f64 * ms, region.intercept + region.slope * k as f64];
-                    let (slope, error) = (region.slope * rate, region.error * rate);
+                    let at = |t: f64| [1e3 * t, region.intercept + region.slope * t];
+                    let ScalingRegion { slope, error, .. } = *region;
                     let ends = vec![at(region.from), at(region.to)];
                     marks.push(line(ends, VERMILION, "the straight part"));
                     // Two digits of the error, and as many places of the value.

@@ -10,7 +10,8 @@ use crate::study::signal::MeasuresAt;
 impl View<'_> {
     pub fn recurrence(&self) -> Result<Figure, FigureError> {
         let picture = &self.report.recurrence.picture;
-        let span = picture.span.map(|t| t * self.along.per_own);
+        let end = self.time(self.report.signal.samples.len() as f64 - 1.0);
+        let span = [end - picture.window * self.along.per_own, end];
         let rows = |bytes: &[u8], paint: &dyn Fn(u8) -> Rgb| -> Vec<Rgb> {
             let rows = bytes.chunks_exact(picture.size.max(1)).rev();
             rows.flatten().map(|&byte| paint(byte)).collect()
@@ -53,7 +54,6 @@ impl View<'_> {
 
     pub fn measures(&self) -> Result<Figure, FigureError> {
         let along = &self.report.recurrence.along;
-        let step = self.report.recurrence.stride as f64 / self.report.signal.rate;
         let curve = |value: &dyn Fn(&Measures) -> Option<f64>| -> Vec<[f64; 2]> {
             let point =
                 |at: &MeasuresAt| value(&at.measures).map(|v| [at.time * self.along.per_own, v]);
@@ -72,17 +72,9 @@ impl View<'_> {
             ],
         };
         let lengths = [
-            (
-                curve(&|m| m.mean_diagonal.map(|l| l * step)),
-                VERMILION,
-                "L",
-            ),
-            (curve(&|m| m.trapping_time.map(|l| l * step)), GREEN, "TT"),
-            (
-                curve(&|m| m.recurrence_time_2.map(|l| l * step)),
-                PURPLE,
-                "T²",
-            ),
+            (curve(&|m| m.mean_diagonal), VERMILION, "L"),
+            (curve(&|m| m.trapping_time), GREEN, "TT"),
+            (curve(&|m| m.recurrence_time_2), PURPLE, "T²"),
         ];
         let longest = extent(lengths.iter().flat_map(|(c, ..)| c).map(|p| p[1]))[1];
         let unit = Unit::of("s", longest);

@@ -8,7 +8,7 @@ use crate::figure::{Figure, FigureError};
 
 impl View<'_> {
     pub fn delay(&self) -> Result<Figure, FigureError> {
-        let delay = &self.report.delay;
+        let delay = &self.report.embedding.choice;
         let bits = &delay.mutual.bits;
         let curve: Vec<[f64; 2]> = bits
             .iter()
@@ -58,7 +58,7 @@ impl View<'_> {
 
     pub fn portrait(&self) -> Result<Figure, FigureError> {
         let samples = &self.report.signal.samples;
-        let lag = self.report.delay.lag;
+        let lag = self.report.embedding.choice.lag;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS);
         let points: Vec<[f64; 2]> = (newest..count)
@@ -80,10 +80,10 @@ impl View<'_> {
 
     pub fn section(&self) -> Result<Figure, FigureError> {
         let scaled = |c: usize| {
-            let points = self.report.section.iter();
-            points.map(move |p| p.point.get(c).copied().unwrap_or(f64::NAN) * self.unit.per_own)
+            let passages = self.report.section.passages.iter();
+            passages.map(move |passage| passage.at[c] * self.unit.per_own)
         };
-        let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(2).collect());
+        let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(1).collect());
         let points: Vec<[f64; 2]> = first.iter().zip(&third).map(|(&a, &b)| [a, b]).collect();
         let map = return_map(&first);
         let count = points.len();

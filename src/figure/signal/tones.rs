@@ -16,7 +16,7 @@ impl View<'_> {
     pub fn waveform(&self) -> Result<Figure, FigureError> {
         let all = &self.report.signal.samples;
         let count = all.len();
-        let period = match self.report.lines.first() {
+        let period = match self.report.tones.lines.first() {
             Some(line) => self.report.signal.rate / line.line.frequency,
             None => count as f64 / (100.0 * CLOSE_PERIODS),
         };
@@ -60,11 +60,10 @@ impl View<'_> {
         let at = |k: usize| self.frequency(k as f64 * spectrum.bin);
         let lowest = extent(levels.iter().copied())[0].max(-DEPTH_DB - 20.0);
         let mut marks = vec![line(envelope(&levels, at), BLUE, "")];
-        for named in self.report.lines.iter().take(NAMED_LINES) {
-            let words = match named.name {
-                Some(name) => name.to_string(),
-                None => continue,
-            };
+        for named in self.report.tones.lines.iter().take(NAMED_LINES) {
+            if named.line.label.is_empty() {
+                continue;
+            }
             let point = [
                 self.frequency(named.line.frequency),
                 level(named.line.amplitude),
@@ -72,7 +71,7 @@ impl View<'_> {
             marks.push(dots(vec![point], 3.0, VERMILION, ""));
             marks.push(Mark::Words {
                 at: [point[0], point[1] + 7.0],
-                words,
+                words: named.line.label.clone(),
             });
         }
         let unit = &self.unit;
@@ -84,8 +83,8 @@ impl View<'_> {
         let panel = Panel {
             title: format!(
                 "{}; {:.2} % of the power in the floor",
-                bases(&self.report.naming.bases),
-                100.0 * self.report.floor_share
+                bases(&self.report.tones.naming.bases),
+                100.0 * self.report.tones.floor_share
             ),
             x: Axis::linear(self.frequency_name(), [0.0, self.frequency(self.top())]),
             y: Axis::linear(name.trim_end(), [lowest, 16.0]),
