@@ -43,14 +43,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     for evidence in &verdict.evidence {
         println!("  {}", evidence.words);
     }
-    for named in &report.lines {
-        let label = named.name.map_or_else(String::new, |name| name.to_string());
-        println!("{:>10.2} Hz  {label}", named.line.frequency);
+    for named in &report.tones.lines {
+        println!("{:>10.2} Hz  {}", named.line.frequency, named.line.label);
     }
     println!(
         "tau = {:.0} us, m = {}, DET = {:.3}, K = {:.2}",
-        1e6 * report.delay.lag as f64 / rate,
-        report.delay.dimension,
+        1e6 * report.embedding.lag_s,
+        report.embedding.choice.dimension,
         report.recurrence.measures.determinism.unwrap_or(0.0),
         report.zero_one.k
     );

@@ -60,7 +60,7 @@ pub mod systems;
 pub mod text;
 
 #[cfg(feature = "cli")]
-pub mod cli;
+mod cli;
 #[cfg(any(feature = "figure", feature = "record"))]
 pub(crate) mod escape;
 #[cfg(feature = "live")]
@@ -73,6 +73,9 @@ pub mod record;
 pub mod sound;
 #[cfg(feature = "cli")]
 mod table;
+
+#[cfg(feature = "cli")]
+pub use cli::main;
 
 /// The version of this crate, as written into every recording and result.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

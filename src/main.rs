@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    squeakscope::cli::main()
+    squeakscope::main()
 }

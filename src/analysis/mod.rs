@@ -51,8 +51,8 @@ pub use moments::{deviation, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{
-    Clusters, Crossing, Direction, SectionFinder, SectionShape, clusters, delay_section,
-    plane_section, return_map, section_shape,
+    Clusters, Crossing, Direction, SectionFinder, SectionPoint, SectionShape, clusters,
+    delay_section, plane_section, return_map, section_shape,
 };
 pub use recurrence::*;
 pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};

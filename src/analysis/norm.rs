@@ -1,10 +1,23 @@
 //! Distances between vectors.
 
+use serde::{Deserialize, Serialize};
+
 /// How the distance of two vectors is measured.
 #[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, strum::VariantArray, strum::IntoStaticStr,
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Hash,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    Serialize,
+    Deserialize,
 )]
 #[strum(serialize_all = "kebab-case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Norm {
     /// `sqrt(sum_c d_c^2)`.
     #[default]

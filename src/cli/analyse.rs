@@ -4,16 +4,19 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
+
 use super::args::AnalyseArgs;
+use super::document::{Document, WrittenFile};
 use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report::{self, FileReport};
+use super::report;
 use super::run::{command_line, shown};
-use super::signal_report::AnalyseReport;
+use super::signal_text;
 use crate::import::{Selection, Signal};
 use crate::pipeline::message::Summary;
 use crate::plot::Figure;
@@ -45,6 +48,14 @@ pub(super) struct Tools {
     pub draw: fn(&SignalReport) -> Vec<Figure>,
     /// Records the analyses along the signal.
     pub play: fn(&Play<'_>) -> Result<Summary, Cause>,
+}
+
+/// The report with the file that it is on.
+#[derive(Serialize)]
+struct Analysed<'a> {
+    file: &'a Path,
+    #[serde(flatten)]
+    report: &'a SignalReport,
 }
 
 /// Runs the command.
@@ -113,11 +124,16 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         .as_ref()
         .map(|save| play(args, &report, save, stop, tools))
         .transpose()?;
-    files.extend(save.as_ref().map(FileReport::of).transpose()?);
-    report::deliver(
-        &AnalyseReport::new(&args.file, &report, files),
-        json.as_ref(),
-    )?;
+    files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
+    let mut text = signal_text::text(&args.file, &report);
+    if !files.is_empty() {
+        text.push('\n');
+    }
+    let analysed = Analysed {
+        file: &args.file,
+        report: &report,
+    };
+    Document::new(&analysed, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {
         report::print(&format!(
             "\nopen it with: rerun {}\n",

@@ -10,7 +10,7 @@
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
 //! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`], [`cost`],
-//! [`calibrate`], [`paper`] and [`signal_report`] say what is in it.
+//! [`calibrate`] and [`paper`] say what is in it.
 
 mod analyse;
 pub mod args;
@@ -40,7 +40,7 @@ mod progress;
 pub mod report;
 mod run;
 mod scenes;
-pub mod signal_report;
+mod signal_text;
 pub mod sound_args;
 mod stability;
 mod steps;

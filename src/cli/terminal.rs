@@ -321,7 +321,12 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
         ]),
     ];
     for (k, line) in panel.lines.iter().take(4).enumerate() {
-        let words = format!("{:8.1} Hz  {:8.3} mm/s  {}", line.hz, line.mm_s, line.name);
+        let words = format!(
+            "{:8.1} Hz  {:8.3} mm/s  {}",
+            line.frequency,
+            1e3 * line.amplitude,
+            line.label
+        );
         sound.push(Line::from(vec![
             name(if k == 0 { "tones" } else { "" }),
             words.into(),
@@ -379,10 +384,10 @@ mod tests {
             reach_deg: Some([0.0, 10.0]),
             nodes: Some([1, 97, 2]),
             words: "## Looks like **two** tones\n\nand so on".to_owned(),
-            lines: vec![crate::live::Line {
-                hz: 4112.8,
-                mm_s: 15.9,
-                name: "f1".to_owned(),
+            lines: vec![crate::analysis::SpectralLine {
+                frequency: 4112.8,
+                amplitude: 15.9e-3,
+                label: "f1".to_owned(),
             }],
             ..Panel::default()
         }

@@ -29,7 +29,7 @@ pub use bands::Bands;
 pub use command::{Command, HARD, KICKS, PACES, Refused};
 pub use ear::Ear;
 pub use hub::{Bytes, Hub, Name, News, Ticket};
-pub use panel::{Event, Line, Panel};
+pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
 pub use running::Running;
 pub use server::{Page, Serving, bind};

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 
 use crate::escape;
-use crate::pipeline::message::{Frame, Header, NodeState, Record, Subject};
+use crate::pipeline::message::{Frame, Header, NodeState, Record, SpectralLine, Subject};
 use crate::pipeline::{Gait, Sink, SinkError};
 
 /// Events that are still shown.
@@ -47,8 +47,8 @@ pub struct Panel {
     pub regime: Option<String>,
     /// How sure that is, 0 to 1.
     pub confidence: Option<f64>,
-    /// The strongest lines of the spectrum, strongest first.
-    pub lines: Vec<Line>,
+    /// The strongest lines of the spectrum of the velocity (m/s), strongest first.
+    pub lines: Vec<SpectralLine>,
     /// Largest speed of the probe in the last samples, mm/s.
     pub speed_mm_s: f64,
     /// Contact nodes that stick, slip, are open; `None` of what has none.
@@ -59,17 +59,6 @@ pub struct Panel {
     pub recording: Option<String>,
     /// How many watch through the page.
     pub watching: usize,
-}
-
-/// A line of the spectrum.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
-    /// Frequency, Hz.
-    pub hz: f64,
-    /// Amplitude of the velocity, mm/s.
-    pub mm_s: f64,
-    /// Its name, such as `f1`; may be empty.
-    pub name: String,
 }
 
 /// Something that was done, or that the user should know.
@@ -179,12 +168,7 @@ impl Sink for Scribe {
             Record::Header(header) => board.see_header(&header),
             Record::Samples(frame) => board.see_frame(&frame),
             Record::Spectrum { peaks, .. } => {
-                let lines = peaks.into_iter().take(LINES).map(|peak| Line {
-                    hz: peak.frequency,
-                    mm_s: 1e3 * peak.amplitude,
-                    name: peak.label,
-                });
-                board.panel().lines = lines.collect();
+                board.panel().lines = peaks.into_iter().take(LINES).collect();
             }
             Record::Regime { verdict, .. } => {
                 let mut panel = board.panel();

@@ -27,11 +27,6 @@ fn report(name: &str) -> SignalReport {
         .unwrap();
     let lines = spectrum.lines(&LineCriterion::default());
     let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-    let lines = lines.iter().enumerate().map(|(i, &line)| NamedLine {
-        line,
-        name: naming.names[i],
-        misfit: naming.misfit(i, line),
-    });
     let mut columns = Vec::new();
     Stft::new(Window::BlackmanHarris, 2000, 200.0, rate)
         .push(&samples, |column| {
@@ -57,28 +52,27 @@ fn report(name: &str) -> SignalReport {
                 recurrence_time_2: Some(48.0),
                 entropy: Some(2.0 + 0.3 * (0.1 * t).sin()),
                 ..Measures::default()
-            },
+            }
+            .in_seconds(1.0 / rate),
         }
     });
-    let section: Vec<Crossing> = (0..400)
-        .map(|k| {
-            let phase = 0.37 * f64::from(k);
-            let (y, z) = (6e-7 + 1e-7 * phase.cos(), -5e-7 + 8e-8 * phase.sin());
-            Crossing {
-                sample: 48.6 * f64::from(k),
-                point: vec![y, 0.0, z],
-                rising: true,
-            }
-        })
-        .collect();
+    let passages = (0..400).map(|k| {
+        let phase = 0.37 * f64::from(k);
+        let (y, z) = (6e-7 + 1e-7 * phase.cos(), -5e-7 + 8e-8 * phase.sin());
+        SectionPoint {
+            time: 48.6 * f64::from(k) / rate,
+            at: [y, z],
+        }
+    });
     let divergence = |slope: f64| Divergence {
+        step: 1.0,
         curve: (0..200)
             .map(|k| (-14.0 + slope * f64::from(k)).min(-12.5))
             .collect(),
         counted: vec![500; 200],
         region: Some(ScalingRegion {
-            from: 10,
-            to: 120,
+            from: 10.0,
+            to: 120.0,
             slope,
             error: 0.1 * slope,
             intercept: -14.0,
@@ -105,37 +99,38 @@ fn report(name: &str) -> SignalReport {
             "12 ± 9 1/s",
         ),
     ];
-    SignalReport {
-        signal: Signal {
-            name: name.to_owned(),
-            unit: "m".to_owned(),
-            rate,
-            start: 0.0,
-            samples: samples.clone(),
+    let signal = Signal {
+        name: name.to_owned(),
+        unit: "m".to_owned(),
+        rate,
+        start: 0.0,
+        samples: samples.clone(),
+    };
+    let choice = DelayChoice {
+        lag: 12,
+        reason: LagReason::FirstMinimum,
+        dimension: 5,
+        unfolded: true,
+        theiler: 48,
+        mutual: MutualInformation {
+            bins: 64,
+            bits: (0..60)
+                .map(|k| 1.0 + 4.0 / (1.0 + f64::from(k)) + (f64::from(k) / 8.0).cos())
+                .collect(),
         },
-        lines: lines.collect(),
-        naming,
-        floor_share: spectrum.floor_share(),
+        neighbours: FalseNeighbours {
+            lag: 12,
+            share: vec![0.99, 0.4, 0.1, 0.02, 0.005, 0.004, 0.004, 0.004],
+            judged: vec![1000; 8],
+        },
+    };
+    SignalReport {
+        facts: SignalFacts::of(&signal),
+        signal,
+        tones: Tones::new(&spectrum, &lines, naming),
         spectrum,
         spectrogram: columns,
-        delay: DelayChoice {
-            lag: 12,
-            reason: LagReason::FirstMinimum,
-            dimension: 5,
-            unfolded: true,
-            theiler: 48,
-            mutual: MutualInformation {
-                bins: 64,
-                bits: (0..60)
-                    .map(|k| 1.0 + 4.0 / (1.0 + f64::from(k)) + (f64::from(k) / 8.0).cos())
-                    .collect(),
-            },
-            neighbours: FalseNeighbours {
-                lag: 12,
-                share: vec![0.99, 0.4, 0.1, 0.02, 0.005, 0.004, 0.004, 0.004],
-                judged: vec![1000; 8],
-            },
-        },
+        embedding: StateSpace::new(choice, rate),
         recurrence: RecurrenceReport {
             rule: RecurrenceRule {
                 norm: Norm::Euclidean,
@@ -143,34 +138,33 @@ fn report(name: &str) -> SignalReport {
                 theiler: 1,
             },
             epsilon: recurrences.distance,
-            stride: 1,
-            lag: 12,
-            counts: RecurrenceCounts::default(),
+            stride_samples: 1,
+            states: 1000,
+            theiler_s: 1.0 / rate,
+            period_s: Some(2.4e-4),
             measures: Measures {
                 recurrence_rate: 0.08,
                 ..Measures::default()
             },
-            period: Some(2.4e-4),
             along: along.collect(),
-            picture: RecurrencePixels {
+            picture: RecurrenceImage {
+                window: 0.005,
                 size: plot.size(),
-                span: [0.095, 0.1],
                 distance: plot.distance_picture(),
                 recurrent: recurrences.pixels,
+                ..RecurrenceImage::default()
             },
         },
-        clusters: Clusters {
-            member: vec![0; section.len()],
-            count: 1,
-            compact: false,
+        section: Section {
+            level: 0.0,
+            shape: SectionShape::Loop,
+            mean_return_s: Some(48.6 / rate),
+            passages: passages.collect(),
         },
-        section,
-        shape: SectionShape::Loop,
-        level: 0.0,
-        rosenstein: divergence(0.008),
+        rosenstein: divergence(0.008).in_seconds(rate),
         kantz: Divergence {
             region: None,
-            ..divergence(0.01)
+            ..divergence(0.01).in_seconds(rate)
         },
         zero_one: ZeroOne {
             k: 0.03,
@@ -180,20 +174,16 @@ fn report(name: &str) -> SignalReport {
             path: (0..500)
                 .map(|k| [(0.1 * f64::from(k)).sin(), (0.13 * f64::from(k)).cos()])
                 .collect(),
+            stride: 12,
             samples: 500,
         },
-        zero_one_stride: 12,
         verdict: Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.93,
             evidence: evidence
                 .into_iter()
-                .map(|(what, weight, says, words)| Evidence {
-                    what,
-                    value: weight,
-                    says,
-                    weight,
-                    words: words.to_owned(),
+                .map(|(what, weight, says, words)| {
+                    Evidence::new(what, weight, says, weight, words.to_owned())
                 })
                 .collect(),
         },
@@ -263,9 +253,9 @@ fn names_are_words_not_markup() {
 #[test]
 fn nothing_to_show_is_shown_as_such() {
     let mut empty = report("empty");
-    empty.lines.clear();
+    empty.tones.lines.clear();
     empty.spectrogram.clear();
-    empty.section.clear();
+    empty.section.passages.clear();
     empty.recurrence.along.clear();
     empty.recurrence.picture.size = 0;
     empty.rosenstein.region = None;

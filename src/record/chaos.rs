@@ -103,13 +103,16 @@ impl Chaos {
         let (low, high) = if low < high { (low, high) } else { (-1.0, 1.0) };
         let last = curve.len().saturating_sub(1).max(1);
         let time_unit = Quantity::Time.unit(dt * last as f64);
-        let after = |samples: usize| time_unit.per_si * dt * samples as f64;
+        let after = |samples: f64| time_unit.per_si * dt * samples;
         let divisor = match unit.symbol.as_str() {
             "" => String::new(),
             symbol => format!(" / {symbol}"),
         };
         let plot = divergence_plot(
-            Axis::linear(format!("time, {}", time_unit.symbol), [0.0, after(last)]),
+            Axis::linear(
+                format!("time, {}", time_unit.symbol),
+                [0.0, after(last as f64)],
+            ),
             Axis::linear(
                 format!("mean ln(distance of neighbours{divisor})"),
                 [low, high],
@@ -123,11 +126,11 @@ impl Chaos {
             rec,
             paths::DIVERGENCE_CURVE,
             time,
-            points.map(|(k, value)| [after(k), *value]),
+            points.map(|(k, value)| [after(k as f64), *value]),
             (style::SIGNAL, 1.2),
         )?;
         let line = divergence.region.map(|region| {
-            let at = |k: usize| [after(k), region.intercept + region.slope * k as f64 + shift];
+            let at = |k: f64| [after(k), region.intercept + region.slope * k + shift];
             [at(region.from), at(region.to)]
         });
         plot.draw_curve(

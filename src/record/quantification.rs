@@ -54,7 +54,7 @@ impl Quantification {
             (paths::MEAN_DIAGONAL, measures.mean_diagonal.map(long)),
             (
                 paths::LONGEST_DIAGONAL,
-                Some(long(measures.longest_diagonal as f64)),
+                Some(long(measures.longest_diagonal)),
             ),
             (paths::TRAPPING_TIME, measures.trapping_time.map(short)),
             (

@@ -110,13 +110,13 @@ mod tests {
         let verdict = Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.874,
-            evidence: vec![Evidence {
-                what: "0-1 test",
-                value: 0.0213,
-                says: &[Regime::Periodic, Regime::QuasiPeriodic],
-                weight: 0.5,
-                words: "K = 0.02: regular.".to_owned(),
-            }],
+            evidence: vec![Evidence::new(
+                "0-1 test",
+                0.0213,
+                &[Regime::Periodic, Regime::QuasiPeriodic],
+                0.5,
+                "K = 0.02: regular.".to_owned(),
+            )],
         };
         let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
         assert!(

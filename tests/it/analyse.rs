@@ -130,7 +130,7 @@ fn a_tone_is_periodic() {
     assert_eq!(json["section"]["points"], 1);
     assert!(number(&json["recurrence"]["whole"]["determinism"]) > 0.99);
     assert!(number(&json["zero_one"]["k"]).abs() < 0.1);
-    assert_eq!(json["rosenstein"]["exponent_per_s"], Value::Null);
+    assert_eq!(json["rosenstein"]["region"]["exponent_per_s"], Value::Null);
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn lorenz_is_chaotic() {
     let json = desk.analyse("lorenz.csv");
     assert_eq!(json["verdict"]["regime"], "chaotic");
     // The largest exponent is 0.906.
-    let exponent = number(&json["rosenstein"]["exponent_per_s"]);
+    let exponent = number(&json["rosenstein"]["region"]["exponent_per_s"]);
     assert!((exponent / 0.906 - 1.0).abs() < 0.2, "{exponent}");
     assert!(number(&json["zero_one"]["k"]) > 0.9);
     assert_eq!(json["embedding"]["unfolded"], true);

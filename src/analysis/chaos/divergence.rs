@@ -37,6 +37,7 @@
 
 use pulp::Arch;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::scaling::scaling_region;
 use super::{ROUNDING, largest};
@@ -110,25 +111,35 @@ impl DivergenceSearch {
 /// It ends a factor `e` below the largest distance, grows by a factor of `e^1.5` at least and by
 /// half of the growth up to there, lasts a Theiler window and bends by an eighth of its slope at
 /// most; of all such stretches it is the one with the largest length over mean square residual.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScalingRegion {
-    /// First step of the region, samples.
-    pub from: usize,
-    /// Last step of the region, samples.
-    pub to: usize,
-    /// Slope, 1/sample: the largest exponent is this times the sample rate.
+    /// Begin of the region, samples.
+    #[serde(rename = "from_s")]
+    pub from: f64,
+    /// End of the region, samples.
+    #[serde(rename = "to_s")]
+    pub to: f64,
+    /// Slope, 1/sample: the largest exponent, per sample.
+    #[serde(rename = "exponent_per_s")]
     pub slope: f64,
     /// Standard error of the slope, 1/sample: how far the slopes of other stretches lie that
     /// might be taken for the region (a bound, over the root of 3), and the scatter among 16
     /// parts of the signal, added in squares. Not in it: that flows of few samples come out low.
+    #[serde(rename = "error_per_s")]
     pub error: f64,
     /// Value of the line at step 0.
     pub intercept: f64,
 }
 
 /// How neighbours part.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// Times are counted in samples, as [`divergence`] finds them; [`in_seconds`](Divergence::in_seconds)
+/// makes them seconds, which is how they are written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Divergence {
+    /// Spacing of the curve: 1 sample.
+    #[serde(rename = "step_s")]
+    pub step: f64,
     /// Mean natural logarithm of the distance (signal's unit) after 0, 1, ... samples, up to the
     /// horizon. Ends before the first step without a distance to count: empty for a constant
     /// signal, one that repeats exactly, or a radius with too few neighbours.
@@ -137,6 +148,24 @@ pub struct Divergence {
     pub counted: Vec<usize>,
     /// The straight part, if there is one.
     pub region: Option<ScalingRegion>,
+}
+
+impl Divergence {
+    /// The same with seconds in place of samples, of which there are `rate` a second.
+    pub fn in_seconds(self, rate: f64) -> Self {
+        let region = self.region.map(|region| ScalingRegion {
+            from: region.from / rate,
+            to: region.to / rate,
+            slope: region.slope * rate,
+            error: region.error * rate,
+            ..region
+        });
+        Self {
+            step: self.step / rate,
+            region,
+            ..self
+        }
+    }
 }
 
 /// Follows neighbours. The result does not depend on the number of threads.
@@ -193,6 +222,7 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
     let curve = all.means();
     let blocks: Vec<Vec<f64>> = blocks.iter().map(Tally::means).collect();
     Ok(Divergence {
+        step: 1.0,
         region: scaling_region(&curve, &blocks, search.theiler),
         counted: all.counts[..curve.len()].to_vec(),
         curve,

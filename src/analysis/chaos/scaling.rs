@@ -150,8 +150,8 @@ pub(super) fn scaling_region(
         .fold(0.0, f64::max);
     let among_candidates = farthest * farthest / 3.0;
     Some(ScalingRegion {
-        from: best.from,
-        to: best.to,
+        from: best.from as f64,
+        to: best.to as f64,
         slope: best.slope,
         error: (among_candidates + variance_of_mean(best, blocks)?).sqrt(),
         intercept: best.intercept,
@@ -186,7 +186,7 @@ mod tests {
         let blocks = vec![curve.clone(); 4];
         let region = scaling_region(&curve, &blocks, 1).unwrap();
         // 5 in all; the last 1 is left.
-        assert_eq!((region.from, region.to), (0, 80));
+        assert_eq!((region.from, region.to), (0.0, 80.0));
         assert!((region.slope - 0.05).abs() < 1e-12);
         assert!((region.intercept + 3.0).abs() < 1e-10);
         assert!(region.error < 1e-12);
@@ -204,7 +204,7 @@ mod tests {
         };
         let curve: Vec<f64> = (0..200).map(|k| bend(k.min(120))).collect();
         let region = scaling_region(&curve, &vec![curve.clone(); 2], 1).unwrap();
-        assert!((9..=11).contains(&region.from), "{region:?}");
+        assert!((9.0..=11.0).contains(&region.from), "{region:?}");
         assert!((region.slope - 0.05).abs() < 1e-4, "{region:?}");
     }
 

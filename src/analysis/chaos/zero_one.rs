@@ -37,6 +37,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
+use serde::{Deserialize, Serialize};
 
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, range};
@@ -97,7 +98,7 @@ impl ZeroOneTest {
 }
 
 /// Its result.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ZeroOne {
     /// Median over the frequencies, -1 to 1: near 0 regular, near 1 chaotic. Exactly 0 if the
     /// samples are all the same.
@@ -106,9 +107,13 @@ pub struct ZeroOne {
     /// order drawn.
     pub by_frequency: Vec<[f64; 2]>,
     /// Path `(p, q)` of the translation variables at the frequency of the median (of an even
-    /// number the lower of the middle two), in the signal's unit.
+    /// number the lower of the middle two), in the signal's unit. A picture, as long as the signal: not written.
+    #[serde(skip)]
     pub path: Vec<[f64; 2]>,
-    /// Samples used.
+    /// Every so many samples one was taken.
+    #[serde(rename = "stride_samples")]
+    pub stride: usize,
+    /// How many samples were taken.
     pub samples: usize,
 }
 
@@ -158,6 +163,7 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
         k: 0.5 * (low[1] + high[1]),
         by_frequency,
         path: translate(&taken, low[0]).map(|z| [z.re, z.im]).collect(),
+        stride: test.stride,
         samples: taken.len(),
     })
 }

@@ -10,6 +10,8 @@ use super::{
 };
 use crate::analysis::AnalysisError;
 
+use serde::{Deserialize, Serialize};
+
 /// Lags in the Theiler window that is chosen.
 const LAGS_APART: usize = 4;
 
@@ -51,22 +53,27 @@ impl DelaySearch {
 }
 
 /// Why this lag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LagReason {
     /// First clear minimum of the mutual information.
+    #[serde(rename = "first minimum")]
     FirstMinimum,
     /// No minimum: where it first falls below 1/e of its value at lag 0.
+    #[serde(rename = "first decay")]
     FirstDecay,
     /// Neither: the largest lag tried.
+    #[serde(rename = "largest")]
     Largest,
 }
 
 /// Lag, dimension and the curves that led to them (Fig. 8).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DelayChoice {
     /// Delay, samples.
+    #[serde(rename = "lag_samples")]
     pub lag: usize,
     /// Why this lag.
+    #[serde(rename = "lag_reason")]
     pub reason: LagReason,
     /// Embedding dimension.
     pub dimension: usize,
@@ -74,10 +81,13 @@ pub struct DelayChoice {
     /// is the one with the smallest share.
     pub unfolded: bool,
     /// Theiler window used, samples.
+    #[serde(rename = "theiler_samples")]
     pub theiler: usize,
     /// The mutual information.
+    #[serde(rename = "mutual_information")]
     pub mutual: MutualInformation,
     /// The false neighbours at that lag.
+    #[serde(rename = "false_neighbours")]
     pub neighbours: FalseNeighbours,
 }
 

@@ -5,6 +5,8 @@
 //! attractor is unfolded (M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45, 3403,
 //! 1992). A law makes their share fall to nothing; noise, which fills every dimension, does not.
 
+use serde::{Deserialize, Serialize};
+
 use rayon::prelude::*;
 
 use crate::analysis::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm, deviation};
@@ -48,9 +50,10 @@ impl FalseNeighbourSearch {
 }
 
 /// The share of nearest neighbours that the next dimension parts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FalseNeighbours {
     /// Delay, samples.
+    #[serde(rename = "lag_samples")]
     pub lag: usize,
     /// Share of false neighbours (either criterion), 0 to 1, for dimension 1, 2, ...
     pub share: Vec<f64>,

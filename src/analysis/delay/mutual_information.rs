@@ -5,6 +5,8 @@
 //! gets before the two are merely unrelated (A. M. Fraser and H. L. Swinney, Phys. Rev. A 33,
 //! 1134, 1986). Unlike the autocorrelation it sees relations of any shape.
 
+use serde::{Deserialize, Serialize};
+
 use rayon::prelude::*;
 
 use crate::analysis::{AnalysisError, range};
@@ -16,7 +18,7 @@ const MOST_BINS: usize = 1024;
 const LOOKED_UP: u32 = 4096;
 
 /// Average mutual information of `x[n]` and `x[n + lag]`, by lag.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MutualInformation {
     /// Bins along an axis of the joint histogram.
     pub bins: usize,

@@ -13,6 +13,8 @@ mod finder;
 mod interpolation;
 mod shape;
 
+use serde::{Deserialize, Serialize};
+
 use super::{AnalysisError, DelayVectors};
 
 pub use finder::SectionFinder;
@@ -51,6 +53,16 @@ pub struct Crossing {
     pub point: Vec<f64>,
     /// Whether it went from negative to positive.
     pub rising: bool,
+}
+
+/// A passage as a point of the section.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SectionPoint {
+    /// When, s.
+    #[serde(rename = "time_s")]
+    pub time: f64,
+    /// Where on the section: its two coordinates.
+    pub at: [f64; 2],
 }
 
 /// Passages of the trajectory with these `channels` through the plane `normal . x = offset`, in

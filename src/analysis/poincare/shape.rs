@@ -4,6 +4,8 @@
 //! the least total length. Cutting its longest edges is single-linkage clustering (Gower and
 //! Ross, Appl. Stat. 18, 54, 1969); a curve's tree is one long path with hardly a branch.
 
+use serde::{Deserialize, Serialize};
+
 /// Distances below this share of the trajectory's extent are none: what a section cannot resolve.
 const RESOLUTION: f64 = 1e-6;
 
@@ -52,9 +54,11 @@ pub struct Clusters {
 }
 
 /// What a section looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(tag = "shape", content = "points", rename_all = "kebab-case")]
 pub enum SectionShape {
     /// Too few passages to tell.
+    #[serde(rename = "too few")]
     TooFew,
     /// This many points: the motion repeats after as many passages.
     Points(usize),

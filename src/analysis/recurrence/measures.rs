@@ -1,5 +1,7 @@
 //! Recurrence quantification: measures from counts.
 
+use serde::{Deserialize, Serialize};
+
 use super::{LineHistogram, RecurrenceCounts};
 
 /// Which pairs the recurrence rate is a share of.
@@ -18,42 +20,72 @@ pub enum RateBase {
 /// `P(l)` is the number of diagonal lines of length `l`, `P(v)` that of vertical lines of length
 /// `v`, as defined with [`RecurrenceCounts`]; sums from `l_min` or `v_min` on unless said
 /// otherwise.
-#[derive(Clone, Debug, Default, PartialEq)]
+///
+/// Lengths and times are counted in states, as they come from the counts;
+/// [`in_seconds`](Measures::in_seconds) makes them times, which is how they are written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// Recurrence rate RR: recurrent points over pairs, 0 to 1; 0 if there is no pair.
     pub recurrence_rate: f64,
     /// Determinism `DET = sum l P(l) / recurrent points`: the share that lies on diagonal lines,
     /// 0 to 1.
     pub determinism: Option<f64>,
-    /// Mean diagonal line `L = sum l P(l) / sum P(l)`, samples: for how long two pieces of the
+    /// Mean diagonal line `L = sum l P(l) / sum P(l)`, states: for how long two pieces of the
     /// motion run alongside.
+    #[serde(rename = "mean_diagonal_s")]
     pub mean_diagonal: Option<f64>,
-    /// Longest diagonal line `Lmax` of any length, samples; the line of identity counts only with
+    /// Longest diagonal line `Lmax` of any length, states; the line of identity counts only with
     /// a Theiler window of 0. 0 if there is none.
-    pub longest_diagonal: usize,
-    /// Divergence `DIV = 1 / Lmax`, 1/samples.
+    #[serde(rename = "longest_diagonal_s")]
+    pub longest_diagonal: f64,
+    /// Divergence `DIV = 1 / Lmax`, 1/states.
+    #[serde(rename = "divergence_per_s")]
     pub divergence: Option<f64>,
     /// Shannon entropy of the diagonal lengths, `ENTR = -sum p(l) ln p(l)` with
     /// `p(l) = P(l) / sum P(l)`, nats.
+    #[serde(rename = "entropy_nats")]
     pub entropy: Option<f64>,
     /// TREND: slope of the recurrence rate along the diagonal, `RR_k = by_offset[k] / (N - k)`,
-    /// over the offset `k`, per thousand samples; away from 0 the signal drifts. Straight line of
+    /// over the offset `k`, per thousand states; away from 0 the signal drifts. Straight line of
     /// least squares from the first counted offset beyond the line of identity on; the last tenth
     /// of the offsets, whose diagonals are short, is left out (Webber and Zbilut, 2005).
+    #[serde(rename = "trend_per_1000_states")]
     pub trend: Option<f64>,
     /// Laminarity `LAM = sum v P(v) / recurrent points`: the share that lies on vertical lines, 0
     /// to 1.
     pub laminarity: Option<f64>,
-    /// Trapping time `TT = sum v P(v) / sum P(v)`, samples: for how long a state hardly changes.
+    /// Trapping time `TT = sum v P(v) / sum P(v)`, states: for how long a state hardly changes.
+    #[serde(rename = "trapping_time_s")]
     pub trapping_time: Option<f64>,
-    /// Longest vertical line `Vmax` of any length, samples; 0 if there is none.
-    pub longest_vertical: usize,
+    /// Longest vertical line `Vmax` of any length, states; 0 if there is none.
+    #[serde(rename = "longest_vertical_s")]
+    pub longest_vertical: f64,
     /// Mean recurrence time of the first type, from a recurrent point of a column to the next,
-    /// samples.
+    /// states.
+    #[serde(rename = "recurrence_time_1_s")]
     pub recurrence_time_1: Option<f64>,
     /// Mean recurrence time of the second type, from the beginning of a vertical line to that of
-    /// the next, samples.
+    /// the next, states.
+    #[serde(rename = "recurrence_time_2_s")]
     pub recurrence_time_2: Option<f64>,
+}
+
+impl Measures {
+    /// The same with all lengths as times; `state` is the time from one state to the next, s.
+    /// The trend stays per thousand states.
+    pub fn in_seconds(self, state: f64) -> Self {
+        let time = |states: Option<f64>| states.map(|states| states * state);
+        Self {
+            mean_diagonal: time(self.mean_diagonal),
+            longest_diagonal: self.longest_diagonal * state,
+            divergence: self.divergence.map(|per_state| per_state / state),
+            trapping_time: time(self.trapping_time),
+            longest_vertical: self.longest_vertical * state,
+            recurrence_time_1: time(self.recurrence_time_1),
+            recurrence_time_2: time(self.recurrence_time_2),
+            ..self
+        }
+    }
 }
 
 impl RecurrenceCounts {
@@ -79,13 +111,13 @@ impl RecurrenceCounts {
             recurrence_rate: ratio(self.recurrent, pairs).unwrap_or(0.0),
             determinism: ratio(diagonal.points, self.recurrent),
             mean_diagonal: ratio(diagonal.points, diagonal.lines),
-            longest_diagonal,
+            longest_diagonal: longest_diagonal as f64,
             divergence: ratio(1, longest_diagonal as u64),
             entropy: diagonal.entropy,
             trend: self.trend(),
             laminarity: ratio(vertical.points, self.recurrent),
             trapping_time: ratio(vertical.points, vertical.lines),
-            longest_vertical: self.vertical.longest(),
+            longest_vertical: self.vertical.longest() as f64,
             recurrence_time_1: ratio(within + self.gaps.points() + gaps, within + gaps),
             recurrence_time_2: ratio(self.returns.points(), self.returns.lines()),
         }
@@ -168,12 +200,12 @@ mod tests {
         assert_eq!(all.recurrence_rate, 33.0 / 110.0);
         assert_eq!(all.determinism, Some(1.0));
         assert_eq!(all.mean_diagonal, Some(33.0 / 20.0));
-        assert_eq!(all.longest_diagonal, 5);
+        assert_eq!(all.longest_diagonal, 5.0);
         assert_eq!(all.divergence, Some(0.2));
         assert!((all.entropy.unwrap() - 0.996).abs() < 1e-3);
         assert_eq!(all.laminarity, Some(1.0));
         assert_eq!(all.trapping_time, Some(33.0 / 23.0));
-        assert_eq!(all.longest_vertical, 3);
+        assert_eq!(all.longest_vertical, 3.0);
         // By hand, from the gaps and returns counted by hand.
         assert_eq!(all.recurrence_time_1, Some((10 + 25 + 12) as f64 / 22.0));
         assert_eq!(all.recurrence_time_2, Some(43.0 / 12.0));
@@ -194,7 +226,7 @@ mod tests {
         assert_eq!(two.recurrence_rate, 22.0 / 110.0);
         assert_eq!(two.determinism, Some(13.0 / 22.0));
         assert_eq!(two.mean_diagonal, Some(13.0 / 5.0));
-        assert_eq!(two.longest_diagonal, 5);
+        assert_eq!(two.longest_diagonal, 5.0);
         assert!((two.entropy.unwrap() - 0.5).abs() < 1e-3);
         assert_eq!(two.laminarity, Some(12.0 / 22.0));
         assert_eq!(two.trapping_time, Some(12.0 / 5.0));

@@ -52,7 +52,7 @@ pub struct RecurrencePicture {
 }
 
 /// A recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal, to be drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecurrenceImage {
     /// Length of the window, s.
     pub window: f64,

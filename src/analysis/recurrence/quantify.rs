@@ -214,7 +214,7 @@ mod tests {
         let signal = sines(100.0, 1065, &[(1.0, 1.0, 0.2)]);
         let sine = measures(&signal, Threshold::Distance(0.09));
         assert_eq!(sine.determinism, Some(1.0));
-        assert_eq!(sine.longest_diagonal, 1039);
+        assert_eq!(sine.longest_diagonal, 1039.0);
         let noise = measures(&noise(2, 1025, 1.0), Threshold::Rate(0.02));
         assert!(noise.determinism.unwrap() < 0.1, "{noise:?}");
     }

@@ -1,12 +1,18 @@
 //! When two states count as the same: thresholds as types.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::sweep::{Diagonal, Limits, Pairs, Visitor};
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// How near is the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    tag = "threshold",
+    content = "threshold_value",
+    rename_all = "kebab-case"
+)]
 pub enum Threshold {
     /// A distance, in the signal's unit.
     Distance(f64),
@@ -46,14 +52,16 @@ impl Threshold {
 }
 
 /// Which pairs of states are recurrent, and which count.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecurrenceRule {
     /// How distances are measured.
     pub norm: Norm,
     /// How near is the same.
+    #[serde(flatten)]
     pub threshold: Threshold,
     /// Pairs with `|i - j| < theiler` are left out of every count: 0 keeps all, 1 (the usual)
     /// leaves out the line of identity.
+    #[serde(rename = "theiler_states")]
     pub theiler: usize,
 }
 

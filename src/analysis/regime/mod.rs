@@ -105,12 +105,15 @@ mod weigh;
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{AnalysisError, range};
 use belief::Belief;
 use signs::Signs;
 
 /// Kinds of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Regime {
     /// Hardly anything moves.
     Silent,
@@ -125,6 +128,7 @@ pub enum Regime {
     /// No law is found in it.
     Noise,
     /// The evidence does not suffice.
+    #[serde(rename = "not sure")]
     Unsure,
 }
 
@@ -156,14 +160,14 @@ impl fmt::Display for Regime {
 }
 
 /// One piece of evidence.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// What was measured, such as `0-1 test`.
-    pub what: &'static str,
+    pub what: String,
     /// The number.
     pub value: f64,
     /// The kinds it speaks for: one of them, without saying which.
-    pub says: &'static [Regime],
+    pub says: Vec<Regime>,
     /// How strongly, 0 to 1.
     pub weight: f64,
     /// A sentence with the number in it.
@@ -171,6 +175,23 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// A piece of evidence from its parts.
+    pub fn new(
+        what: &str,
+        value: f64,
+        says: &[Regime],
+        weight: f64,
+        words: impl Into<String>,
+    ) -> Self {
+        Self {
+            what: what.to_owned(),
+            value,
+            says: says.to_vec(),
+            weight,
+            words: words.into(),
+        }
+    }
+
     /// The kinds it speaks for, in words: `periodic or quasi-periodic`.
     pub fn kinds(&self) -> String {
         let kinds: Vec<String> = self.says.iter().map(Regime::to_string).collect();
@@ -179,7 +200,7 @@ impl Evidence {
 }
 
 /// The verdict.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The kind.
     pub regime: Regime,
@@ -243,7 +264,7 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
     let evidence = weigh::evidence(&Signs::of(&scaled, search.sample_rate / joined as f64)?);
     let mut belief = Belief::open();
     for piece in evidence.iter().filter(|e| e.says != [Regime::Unsure]) {
-        belief.join(piece.says, piece.weight);
+        belief.join(&piece.says, piece.weight);
     }
     let (kind, confidence) = belief.strongest();
     Ok(Verdict {
@@ -280,13 +301,13 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
     Verdict {
         regime: Regime::Silent,
         confidence,
-        evidence: vec![Evidence {
-            what: "amplitude",
-            value: amplitude,
-            says: &[Regime::Silent],
-            weight: confidence,
-            words: format!("The amplitude is {amplitude:.3e}; below {silence:.3e} it is silent."),
-        }],
+        evidence: vec![Evidence::new(
+            "amplitude",
+            amplitude,
+            &[Regime::Silent],
+            confidence,
+            format!("The amplitude is {amplitude:.3e}; below {silence:.3e} it is silent."),
+        )],
     }
 }
 

@@ -136,16 +136,16 @@ pub(super) fn evidence(signs: &Signs) -> Vec<Evidence> {
         evidence.weight *= reliable;
     }
     if reliable < 1.0 {
-        all.push(Evidence {
-            what: "length of the record",
-            value: signs.turns,
-            says: &[Regime::Unsure],
-            weight: 1.0 - reliable,
-            words: format!(
+        all.push(Evidence::new(
+            "length of the record",
+            signs.turns,
+            &[Regime::Unsure],
+            1.0 - reliable,
+            format!(
                 "The record holds {:.0} turns; {:.0} are wanted.",
                 signs.turns, TURNS.all
             ),
-        });
+        ));
     }
     all.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     let telling = all.iter().take_while(|e| e.weight >= LEAST).count();
@@ -161,41 +161,45 @@ fn hertz(frequency: f64) -> String {
 
 /// Does it still change?
 fn change(signs: &Signs) -> Vec<Evidence> {
-    let envelope = |trend: Trend, size: f64| Evidence {
-        what: "envelope",
-        value: trend.change,
-        says: &[Transient],
-        weight: ENVELOPE.at(size)
-            * ENVELOPE_CLARITY
-                .at(trend.clarity)
-                .max(LARGE_CHANGE.at(size)),
-        words: format!(
-            "The level {} by a factor of {:.2} over the record.",
-            if trend.change < 0.0 { "falls" } else { "rises" },
-            trend.change.abs().exp()
-        ),
+    let envelope = |trend: Trend, size: f64| {
+        Evidence::new(
+            "envelope",
+            trend.change,
+            &[Transient],
+            ENVELOPE.at(size)
+                * ENVELOPE_CLARITY
+                    .at(trend.clarity)
+                    .max(LARGE_CHANGE.at(size)),
+            format!(
+                "The level {} by a factor of {:.2} over the record.",
+                if trend.change < 0.0 { "falls" } else { "rises" },
+                trend.change.abs().exp()
+            ),
+        )
     };
-    let tempo = |trend: Trend| Evidence {
-        what: "tempo",
-        value: trend.change,
-        says: &[Transient],
-        weight: TEMPO.at(trend.change.abs()) * TEMPO_CLARITY.at(trend.clarity),
-        words: format!(
-            "The time of a turn {} by {:.1} % over the record.",
-            if trend.change < 0.0 { "falls" } else { "rises" },
-            100.0 * trend.change.exp_m1().abs()
-        ),
+    let tempo = |trend: Trend| {
+        Evidence::new(
+            "tempo",
+            trend.change,
+            &[Transient],
+            TEMPO.at(trend.change.abs()) * TEMPO_CLARITY.at(trend.clarity),
+            format!(
+                "The time of a turn {} by {:.1} % over the record.",
+                if trend.change < 0.0 { "falls" } else { "rises" },
+                100.0 * trend.change.exp_m1().abs()
+            ),
+        )
     };
-    let uneven = Evidence {
-        what: "evenness",
-        value: signs.unevenness,
-        says: &[Transient],
-        weight: UNEVEN.at(signs.unevenness),
-        words: format!(
+    let uneven = Evidence::new(
+        "evenness",
+        signs.unevenness,
+        &[Transient],
+        UNEVEN.at(signs.unevenness),
+        format!(
             "One eighth of the record is {:.1} times as loud as another.",
             signs.unevenness.exp()
         ),
-    };
+    );
     let mut all = vec![
         envelope(signs.envelope, signs.envelope.change.abs()),
         uneven,
@@ -215,12 +219,8 @@ fn tones(signs: &Signs) -> Option<Evidence> {
         * (1.0 - parts_slowly(signs))
         * LINES_TURNS.at(signs.turns)
         * LINES_FORETOLD.at(signs.foretold.near);
-    let reading = |value, says, weight, words| Evidence {
-        what: "spectral lines",
-        value,
-        says,
-        weight: weight * trusted,
-        words,
+    let reading = |value, says, weight, words| {
+        Evidence::new("spectral lines", value, says, weight * trusted, words)
     };
     match signs.tones {
         Tones::None => None,
@@ -285,39 +285,39 @@ fn tones(signs: &Signs) -> Option<Evidence> {
 /// The power between the lines.
 fn floor(signs: &Signs) -> [Evidence; 3] {
     let percent = 100.0 * signs.floor;
-    let no_floor = Evidence {
-        what: "floor",
-        value: signs.floor,
-        says: &[Periodic, QuasiPeriodic],
-        weight: NO_FLOOR.at(signs.floor.max(1e-30).log10()),
-        words: format!("Only {percent:.1e} % of the power lies between the lines."),
-    };
-    let coloured = Evidence {
-        what: "coloured floor",
-        value: signs.coloured,
+    let no_floor = Evidence::new(
+        "floor",
+        signs.floor,
+        &[Periodic, QuasiPeriodic],
+        NO_FLOOR.at(signs.floor.max(1e-30).log10()),
+        format!("Only {percent:.1e} % of the power lies between the lines."),
+    );
+    let coloured = Evidence::new(
+        "coloured floor",
+        signs.coloured,
         // Coloured noise is foretold by a linear map as well as it can be.
-        says: if BENT.at(signs.against_linear()) > 0.5 {
+        if BENT.at(signs.against_linear()) > 0.5 {
             &[Chaotic]
         } else {
             &[Chaotic, Noise]
         },
-        weight: COLOURED.at(signs.coloured.max(1e-30).log10()),
-        words: format!(
+        COLOURED.at(signs.coloured.max(1e-30).log10()),
+        format!(
             "{:.3} % of the power lies between the lines and is not white.",
             100.0 * signs.coloured
         ),
-    };
+    );
     let ratio = signs.lawful_floor();
-    let lawful = Evidence {
-        what: "lawful floor",
-        value: ratio,
-        says: &[Chaotic],
-        weight: LAWFUL_FLOOR.at(ratio.max(1.0).ln()) * FORETOLD.at(signs.foretold.near),
-        words: format!(
+    let lawful = Evidence::new(
+        "lawful floor",
+        ratio,
+        &[Chaotic],
+        LAWFUL_FLOOR.at(ratio.max(1.0).ln()) * FORETOLD.at(signs.foretold.near),
+        format!(
             "{percent:.2} % of the power lies between the lines, {ratio:.0} times what noise \
              would leave unforetold."
         ),
-    };
+    );
     [no_floor, coloured, lawful]
 }
 
@@ -325,13 +325,13 @@ fn floor(signs: &Signs) -> [Evidence; 3] {
 fn section(signs: &Signs) -> Option<Evidence> {
     let passages = signs.passages;
     let shape = |value, says, weight, words| {
-        Some(Evidence {
-            what: "Poincare section",
+        Some(Evidence::new(
+            "Poincare section",
             value,
             says,
             weight,
             words,
-        })
+        ))
     };
     match signs.section {
         SectionShape::Points(count) => shape(
@@ -363,16 +363,16 @@ fn section(signs: &Signs) -> Option<Evidence> {
 fn repetition(signs: &Signs) -> Option<Evidence> {
     let ((apart, period), ratio) = (signs.periodic?, signs.unrepeated()?);
     let (repeated, not) = (REPEATED.at(ratio), NOT_REPEATED.at(ratio));
-    Some(Evidence {
-        what: "repetition",
-        value: ratio,
-        says: if repeated > not {
+    Some(Evidence::new(
+        "repetition",
+        ratio,
+        if repeated > not {
             &[Periodic]
         } else {
             &[QuasiPeriodic, Chaotic, Noise, Transient]
         },
-        weight: repeated.max(not) * LINES_FORETOLD.at(signs.foretold.near),
-        words: format!(
+        repeated.max(not) * LINES_FORETOLD.at(signs.foretold.near),
+        format!(
             "Passages {} apart differ by {:.2} % of the deviation, {ratio:.1} times what noise \
              explains.",
             if period == 1 {
@@ -382,7 +382,7 @@ fn repetition(signs: &Signs) -> Option<Evidence> {
             },
             100.0 * apart
         ),
-    })
+    ))
 }
 
 /// To what degree neighbours part, 0 to 1, if over many turns.
@@ -404,58 +404,58 @@ fn prediction(signs: &Signs) -> [Evidence; 4] {
     };
     let (growth, ratio) = (signs.growth(), signs.against_linear());
     [
-        Evidence {
-            what: "lasting prediction",
-            value: far,
-            says: &[Periodic, QuasiPeriodic],
-            weight: STEADY.at(growth) * STEADY_ERROR.at(far) * (1.0 - parts_slowly(signs)),
-            words: format!(
+        Evidence::new(
+            "lasting prediction",
+            far,
+            &[Periodic, QuasiPeriodic],
+            STEADY.at(growth) * STEADY_ERROR.at(far) * (1.0 - parts_slowly(signs)),
+            format!(
                 "States once near each other differ after {later} by {:.1} % of the \
                  deviation, {growth:.1} times as much as at first.",
                 100.0 * far
             ),
-        },
-        Evidence {
-            what: "lost prediction",
-            value: growth,
-            says: &[Chaotic],
-            weight: PARTING.at(growth) * BENT.at(ratio),
-            words: format!(
+        ),
+        Evidence::new(
+            "lost prediction",
+            growth,
+            &[Chaotic],
+            PARTING.at(growth) * BENT.at(ratio),
+            format!(
                 "Neighbours foretell the {next} to {:.1} % of the deviation, {later} to {:.0} %.",
                 100.0 * near,
                 100.0 * far
             ),
-        },
-        Evidence {
-            what: "slow parting",
-            value: signs.parting,
-            says: if signs.wandering > WANDERS {
+        ),
+        Evidence::new(
+            "slow parting",
+            signs.parting,
+            if signs.wandering > WANDERS {
                 &[Chaotic, Transient]
             } else {
                 &[Chaotic]
             },
-            weight: SLOW_PARTING * parts_slowly(signs),
-            words: format!(
+            SLOW_PARTING * parts_slowly(signs),
+            format!(
                 "From a thirtieth to a quarter of the record on, neighbours part by a factor of \
                  {:.2}.",
                 signs.parting.exp()
             ),
-        },
-        Evidence {
-            what: "no prediction",
-            value: ratio,
-            says: &[Noise],
-            weight: NOISE_NEAR.at(near)
+        ),
+        Evidence::new(
+            "no prediction",
+            ratio,
+            &[Noise],
+            NOISE_NEAR.at(near)
                 * NOISE_FAR.at(far)
                 * NOT_BENT.at(ratio)
                 * NOISE_STATES.at(signs.states as f64),
-            words: format!(
+            format!(
                 "Neighbours foretell the {next} to {:.0} % of the deviation, no better \
                  than a linear map does, to {:.0} %.",
                 100.0 * near,
                 100.0 * linear
             ),
-        },
+        ),
     ]
 }
 
@@ -463,24 +463,26 @@ fn prediction(signs: &Signs) -> [Evidence; 4] {
 fn chaos_tests(signs: &Signs) -> Vec<Evidence> {
     let drift = signs.drift.map(|(k, samples)| {
         let (regular, irregular) = (REGULAR_K.at(k), IRREGULAR_K.at(k));
-        Evidence {
-            what: "0-1 test",
-            value: k,
-            says: if irregular > regular {
+        Evidence::new(
+            "0-1 test",
+            k,
+            if irregular > regular {
                 &[Chaotic, Noise]
             } else {
                 &[Periodic, QuasiPeriodic]
             },
-            weight: irregular.max(regular) * K_SAMPLES.at(samples as f64),
-            words: format!("The 0-1 test gives {k:.2}: 0 is regular, 1 is chaos or noise."),
-        }
+            irregular.max(regular) * K_SAMPLES.at(samples as f64),
+            format!("The 0-1 test gives {k:.2}: 0 is regular, 1 is chaos or noise."),
+        )
     });
-    let exponent = signs.exponent.map(|[rate, error]| Evidence {
-        what: "exponent",
-        value: rate,
-        says: &[Chaotic],
-        weight: EXPONENT.at(rate / error.max(1e-9 * rate.abs())) * BENT.at(signs.against_linear()),
-        words: format!("Neighbours part by exp({rate:.2} +- {error:.2}) a turn."),
+    let exponent = signs.exponent.map(|[rate, error]| {
+        Evidence::new(
+            "exponent",
+            rate,
+            &[Chaotic],
+            EXPONENT.at(rate / error.max(1e-9 * rate.abs())) * BENT.at(signs.against_linear()),
+            format!("Neighbours part by exp({rate:.2} +- {error:.2}) a turn."),
+        )
     });
     drift.into_iter().chain(exponent).collect()
 }

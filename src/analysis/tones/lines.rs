@@ -23,7 +23,7 @@
 //! and of the many pairs of bases that span the same lines, strong ones that keep the orders low
 //! win.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Bases, Combination, Line};
 
@@ -54,9 +54,10 @@ const SIGNIFICANCE: f64 = 0.05;
 const STRONG: f64 = 0.1;
 
 /// A spectral line with its name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpectralLine {
     /// Frequency refined below a bin, Hz.
+    #[serde(rename = "frequency_hz")]
     pub frequency: f64,
     /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
     pub amplitude: f64,
@@ -65,9 +66,10 @@ pub struct SpectralLine {
 }
 
 /// How a list of lines reads.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Naming {
     /// The base frequencies.
+    #[serde(flatten)]
     pub bases: Bases,
     /// The name of each line, in the order given; `None` where nothing fits.
     pub names: Vec<Option<Combination>>,

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Highest harmonic `n f1` (or `m f2`) looked for.
 const HIGHEST_HARMONIC: i32 = 30;
 
@@ -9,7 +11,7 @@ const HIGHEST_HARMONIC: i32 = 30;
 const HIGHEST_ORDER: i32 = 8;
 
 /// `n f1 + m f2`. Displays as `f1`, `3 f1`, `f2 - 3 f1`, ...
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Combination {
     /// Multiple of the first base.
     pub n: i32,
@@ -53,20 +55,24 @@ impl fmt::Display for Combination {
 }
 
 /// The base frequencies of a list of lines, Hz.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "bases", rename_all = "kebab-case")]
 pub enum Bases {
     /// No simple pattern, or no line.
     None,
     /// One fundamental: `n f1`.
     One {
         /// The fundamental.
+        #[serde(rename = "f1_hz")]
         f1: f64,
     },
     /// Two base frequencies, the first the stronger: `n f1 + m f2`.
     Two {
         /// The first base.
+        #[serde(rename = "f1_hz")]
         f1: f64,
         /// The second base.
+        #[serde(rename = "f2_hz")]
         f2: f64,
     },
 }

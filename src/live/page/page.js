@@ -181,10 +181,10 @@ function panel(told) {
   if (told.run !== before?.run) drawBands();
 }
 
-function line({ hz, mm_s, name }) {
+function line({ frequency_hz, amplitude, label: name }) {
   const row = document.createElement("div");
   const label = name ? ` ${name}` : "";
-  row.textContent = `${(hz / 1000).toFixed(3)} kHz${label}, ${mm_s.toPrecision(3)} mm/s`;
+  row.textContent = `${(frequency_hz / 1000).toFixed(3)} kHz${label}, ${(1000 * amplitude).toPrecision(3)} mm/s`;
   return row;
 }
 

@@ -7,7 +7,7 @@ mod lesson;
 mod observation;
 mod record;
 
-pub use crate::analysis::SpectralLine;
+pub use crate::analysis::{SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
 pub use frame::{
@@ -22,4 +22,4 @@ pub use lesson::{
     ToneChange, Way,
 };
 pub use observation::{Appearance, Circumstances, Observation, Parting, PartingLine, Vibration};
-pub use record::{Health, Record, SectionPoint, Summary};
+pub use record::{Health, Record, Summary};

@@ -7,18 +7,10 @@ use super::header::Header;
 use super::lesson::{Course, Lesson};
 use super::observation::{Observation, Parting};
 use crate::analysis::{
-    DelayChoice, Divergence, Measures, RecurrenceImage, SpectralLine, Verdict, ZeroOne,
+    DelayChoice, Divergence, Measures, RecurrenceImage, SectionPoint, SpectralLine, Verdict,
+    ZeroOne,
 };
 use crate::dynamics::{ErrorEstimate, Tally};
-
-/// One passage through the Poincare section.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectionPoint {
-    /// When, s.
-    pub time: f64,
-    /// Where on the section: its two coordinates, as [`Header::section`] says.
-    pub at: [f64; 2],
-}
 
 /// What a stage of analysis says to the sink.
 #[derive(Clone, Debug)]
@@ -94,7 +86,7 @@ pub enum Record {
         /// Time of the newest sample, s. A passage is known a few samples (of a delay section:
         /// also two delays) after it.
         time: f64,
-        /// The passages.
+        /// The passages, in the coordinates that [`Header::section`] names.
         points: Vec<SectionPoint>,
     },
     /// How neighbours part in a sliding window of the displacement, and the 0-1 test.

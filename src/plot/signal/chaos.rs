@@ -1,7 +1,7 @@
 //! Whether it is chaos: diverging neighbours, the 0-1 test, the verdict.
 
 use super::View;
-use crate::analysis::Divergence;
+use crate::analysis::{Divergence, ScalingRegion};
 use crate::plot::axis::extent;
 use crate::plot::figure::Bar;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
@@ -22,17 +22,16 @@ impl View<'_> {
 
     /// Mean distance of neighbours over time, with its straight part.
     fn neighbours(&self, title: &str, divergence: &Divergence) -> Panel {
-        let rate = self.report.signal.rate;
-        let ms = 1e3 / rate;
+        let ms = 1e3 * divergence.step;
         let curve = divergence.curve.iter().enumerate();
         let curve: Vec<[f64; 2]> = curve.map(|(k, &v)| [k as f64 * ms, v]).collect();
         let mut layers = vec![Layer::line(curve.clone(), Color::Ink)];
         let verdict = match &divergence.region {
             Some(region) => {
-                let at = |k: usize| [k as f64 * ms, region.intercept + region.slope * k as f64];
+                let at = |time: f64| [1e3 * time, region.intercept + region.slope * time];
                 let straight = Layer::line(vec![at(region.from), at(region.to)], Color::Accent);
                 layers.push(straight.wide(1.6).named("the straight part"));
-                let (slope, error) = (region.slope * rate, region.error * rate);
+                let ScalingRegion { slope, error, .. } = *region;
                 // Two digits of the error, and as many places of the value.
                 let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
                 let places = places as usize;

@@ -93,7 +93,7 @@ impl<'a> View<'a> {
     /// The highest frequency worth showing, Hz: all lines, or all there is.
     fn top(&self) -> f64 {
         let nyquist = 0.5 * self.report.signal.rate;
-        let lines = self.report.lines.iter().map(|l| l.line.frequency);
+        let lines = self.report.tones.lines.iter().map(|l| l.line.frequency);
         match lines.fold(0.0, f64::max) {
             highest if highest > 0.0 => (1.25 * highest).min(nyquist),
             _ => nyquist,

@@ -10,7 +10,8 @@ use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
 impl View<'_> {
     pub fn recurrence(&self) -> Figure {
         let picture = &self.report.recurrence.picture;
-        let span = picture.span.map(|t| t * self.along.factor);
+        let end = self.time(self.report.signal.samples.len() as f64 - 1.0);
+        let span = [end - picture.window * self.along.factor, end];
         let axis = || Axis::linear(self.along.after("time"), span);
         let panel = |title: String, bytes: &[u8], palette: Vec<Rgb>| {
             let rows = bytes.chunks_exact(picture.size.max(1)).rev();
@@ -55,7 +56,6 @@ impl View<'_> {
 
     pub fn measures(&self) -> Figure {
         let along = &self.report.recurrence.along;
-        let step = self.report.recurrence.stride as f64 / self.report.signal.rate;
         let curve = |value: &dyn Fn(&Measures) -> Option<f64>| -> Vec<[f64; 2]> {
             let points = along.iter();
             let points =
@@ -75,11 +75,10 @@ impl View<'_> {
                 line(curve(&|m| m.laminarity), 3, "LAM"),
             ],
         );
-        let seconds = |value: fn(&Measures) -> Option<f64>| curve(&|m| value(m).map(|l| l * step));
         let lengths = [
-            (seconds(|m| m.mean_diagonal), 2, "L"),
-            (seconds(|m| m.trapping_time), 3, "TT"),
-            (seconds(|m| m.recurrence_time_2), 4, "T²"),
+            (curve(&|m| m.mean_diagonal), 2, "L"),
+            (curve(&|m| m.trapping_time), 3, "TT"),
+            (curve(&|m| m.recurrence_time_2), 4, "T²"),
         ];
         let longest = extent(lengths.iter().flat_map(|(c, ..)| c).map(|p| p[1]))[1];
         let unit = Unit::of("s", longest);

@@ -7,7 +7,7 @@ use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
 impl View<'_> {
     pub fn delay(&self) -> Figure {
-        let delay = &self.report.delay;
+        let delay = &self.report.embedding.choice;
         let bits = &delay.mutual.bits;
         let curve = bits.iter().enumerate().map(|(k, &b)| [k as f64, b]);
         let mutual = Panel::new(
@@ -39,7 +39,7 @@ impl View<'_> {
 
     pub fn portrait(&self) -> Figure {
         let samples = &self.report.signal.samples;
-        let lag = self.report.delay.lag;
+        let lag = self.report.embedding.choice.lag;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS)..count;
         let points = newest.map(|k| [k, k + lag].map(|k| samples[k] * self.unit.factor));
@@ -57,10 +57,10 @@ impl View<'_> {
 
     pub fn section(&self) -> Figure {
         let scaled = |c: usize| {
-            let points = self.report.section.iter();
-            points.map(move |p| p.point.get(c).copied().unwrap_or(f64::NAN) * self.unit.factor)
+            let passages = self.report.section.passages.iter();
+            passages.map(move |passage| passage.at[c] * self.unit.factor)
         };
-        let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(2).collect());
+        let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(1).collect());
         let points: Vec<[f64; 2]> = first.iter().zip(&third).map(|(&a, &b)| [a, b]).collect();
         let radius = if points.len() > 1000 { 0.7 } else { 1.4 };
         let axis = |name: &str, values: &[f64]| {

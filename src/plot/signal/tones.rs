@@ -20,7 +20,7 @@ impl View<'_> {
     pub fn waveform(&self) -> Figure {
         let all = &self.report.signal.samples;
         let count = all.len();
-        let period = match self.report.lines.first() {
+        let period = match self.report.tones.lines.first() {
             Some(line) => self.report.signal.rate / line.line.frequency,
             None => count as f64 / (100.0 * CLOSE_PERIODS),
         };
@@ -49,16 +49,16 @@ impl View<'_> {
         let levels: Vec<f64> = levels.collect();
         let place = |hz: f64| self.hertz.factor * hz;
         let lowest = extent(levels.iter().copied())[0].max(-DEPTH_DB - 20.0);
-        let lines = self.report.lines.iter().take(NAMED_LINES);
+        let lines = self.report.tones.lines.iter().take(NAMED_LINES);
         let peaks = lines.filter_map(|named| {
             let at = [place(named.line.frequency), level(named.line.amplitude)];
-            Some((at, named.name?.to_string()))
+            (!named.line.label.is_empty()).then(|| (at, named.line.label.clone()))
         });
         let unit = &self.unit;
         let title = format!(
             "{}; {:.2} % of the power in the floor",
-            bases(&self.report.naming.bases),
-            100.0 * self.report.floor_share
+            bases(&self.report.tones.naming.bases),
+            100.0 * self.report.tones.floor_share
         );
         let reference = format!("{:.3} {}", strongest * unit.factor, unit.symbol);
         let panel = Panel::new(

@@ -1,16 +1,16 @@
 //! One method after another, on one signal.
 
 use super::{
-    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrencePixels,
-    RecurrenceReport, SignalReport, SignalSearch,
+    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrenceReport,
+    Section, SignalFacts, SignalReport, SignalSearch, StateSpace, Tones,
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch,
-    LARGEST_SAMPLE, Line, LineCriterion, Measures, Norm, RateBase, RecurrencePlot, RecurrenceRule,
-    RegimeSearch, SMALLEST_RANGE, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest,
-    choose_delay, classify, clusters, delay_section, divergence, false_neighbours, name_lines,
-    quantify, range, section_shape, zero_one,
+    LARGEST_SAMPLE, Line, LineCriterion, Measures, Naming, Norm, RateBase, RecurrenceImage,
+    RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE, SectionPoint, Spectrum,
+    SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, delay_section,
+    deviation, divergence, false_neighbours, name_lines, quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -56,7 +56,8 @@ const MANY_SAMPLES: usize = 50_000;
 ///
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`FEWEST_SAMPLES`], [`AnalysisError::Constant`] if nothing
-/// moves, [`AnalysisError::Size`] for samples that cannot be squared, and what a method says of a lag, a dimension or a threshold that it cannot work with.
+/// moves, [`AnalysisError::Size`] for samples that cannot be squared, and what a method says of a lag, a
+/// dimension or a threshold that it cannot work with.
 pub fn analyse_signal(
     signal: Signal,
     search: &SignalSearch,
@@ -110,28 +111,18 @@ fn run(
     search: &SignalSearch,
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
 ) -> Result<SignalReport, End> {
-    let samples = &signal.samples[..];
-    check(samples)?;
+    check(&signal.samples)?;
+    let (samples, rate) = (&signal.samples[..], signal.rate);
     let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
         false => Err(End::Stopped),
     };
     step(0.0, "spectrum")?;
-    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate)
-        .analyse_spans(samples, MOST_SPECTRUM)?;
-    let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-    let named = lines.iter().enumerate().map(|(i, &line)| NamedLine {
-        line,
-        name: naming.names[i],
-        misfit: naming.misfit(i, line),
-    });
-    let named = named.collect();
-    let floor_share = spectrum.floor_share();
+    let (spectrum, tones) = tones(&signal)?;
     step(0.05, "lag and dimension")?;
     let delay = delay(newest, search)?;
-    let period = period_of(&lines, &delay, signal.rate);
+    let period = period_of(&tones.lines, &delay, rate);
     step(0.25, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
     step(0.35, "recurrence")?;
@@ -140,12 +131,7 @@ fn run(
     step(0.55, "recurrence along the signal")?;
     recurrence.along = plan.along(&signal)?;
     step(0.65, "section")?;
-    let (section, level) = section(newest, delay.lag)?;
-    let points: Vec<[f64; 2]> = section.iter().map(|c| [c.point[0], c.point[2]]).collect();
-    let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-    let [low, high] = range(newest.iter().copied());
-    let extent = high - low;
-    let (groups, shape) = (clusters(&points, extent), section_shape(&points, extent));
+    let section = section(&signal, newest, delay.lag)?;
     step(0.7, "divergence (Rosenstein)")?;
     let rosenstein = parting(newest, &delay, DivergenceMethod::Rosenstein)?;
     step(0.78, "divergence (Kantz)")?;
@@ -157,32 +143,88 @@ fn run(
     let zero_one = zero_one(newest, &ZeroOneTest::with_stride(stride))?;
     step(0.94, "kind of motion")?;
     let search = RegimeSearch {
-        sample_rate: signal.rate,
+        sample_rate: rate,
         silence: 0.0,
     };
     let verdict = classify(newest, &search)?;
     step(1.0, "done")?;
-    let nonlinear_samples = newest.len();
     Ok(SignalReport {
-        signal,
+        facts: SignalFacts::of(&signal),
+        verdict,
         spectrum,
-        lines: named,
-        naming,
-        floor_share,
+        tones,
         spectrogram,
-        delay,
+        nonlinear_samples: newest.len(),
+        embedding: StateSpace::new(delay, rate),
         recurrence,
         section,
-        clusters: groups,
-        shape,
-        level,
-        rosenstein,
-        kantz,
+        rosenstein: rosenstein.in_seconds(rate),
+        kantz: kantz.in_seconds(rate),
         zero_one,
-        zero_one_stride: stride,
-        verdict,
-        nonlinear_samples,
+        signal,
     })
+}
+
+impl SignalFacts {
+    /// What there is to say of a signal's samples.
+    pub fn of(signal: &Signal) -> Self {
+        let samples = &signal.samples;
+        let [smallest, largest] = range(samples.iter().copied());
+        Self {
+            name: signal.name.clone(),
+            unit: signal.unit.clone(),
+            samples: samples.len(),
+            rate_hz: signal.rate,
+            start_s: signal.start,
+            duration_s: signal.duration(),
+            smallest,
+            largest,
+            mean: mean(samples),
+            deviation: deviation(samples),
+        }
+    }
+}
+
+fn mean(samples: &[f64]) -> f64 {
+    samples.iter().sum::<f64>() / samples.len() as f64
+}
+
+fn tones(signal: &Signal) -> Result<(Spectrum, Tones), AnalysisError> {
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate)
+        .analyse_spans(&signal.samples, MOST_SPECTRUM)?;
+    let lines = spectrum.lines(&LineCriterion::default());
+    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+    let tones = Tones::new(&spectrum, &lines, naming);
+    Ok((spectrum, tones))
+}
+
+impl Tones {
+    /// What the lines of a spectrum and their names come to.
+    pub fn new(spectrum: &Spectrum, lines: &[Line], naming: Naming) -> Self {
+        let labelled = naming.label(lines).into_iter().enumerate();
+        let named = labelled.map(|(i, line)| NamedLine {
+            line,
+            misfit_hz: naming.misfit(i, lines[i]),
+        });
+        Self {
+            bin_hz: spectrum.bin,
+            floor_share: spectrum.floor_share(),
+            beat_hz: naming.bases.beat(),
+            lines: named.collect(),
+            naming,
+        }
+    }
+}
+
+impl StateSpace {
+    /// A choice of lag and dimension for so many samples a second.
+    pub fn new(choice: DelayChoice, rate: f64) -> Self {
+        Self {
+            lag_s: choice.lag as f64 / rate,
+            theiler_s: choice.theiler as f64 / rate,
+            choice,
+        }
+    }
 }
 
 /// The window of a spectrogram of so many samples, of a motion with this period (samples): both
@@ -233,10 +275,9 @@ fn delay(samples: &[f64], search: &SignalSearch) -> Result<DelayChoice, Analysis
 
 /// The period that a picture is scaled by, samples: that of the strongest line, or else four
 /// lags, as a quarter of a period is where the mutual information has its first minimum.
-pub(super) fn period_of(lines: &[Line], delay: &DelayChoice, rate: f64) -> f64 {
-    lines
-        .first()
-        .map_or(4.0 * delay.lag as f64, |line| rate / line.frequency)
+pub(super) fn period_of(lines: &[NamedLine], delay: &DelayChoice, rate: f64) -> f64 {
+    let strongest = lines.first();
+    strongest.map_or(4.0 * delay.lag as f64, |named| rate / named.line.frequency)
 }
 
 /// How states are taken for recurrence.
@@ -294,25 +335,26 @@ impl Plan {
         Ok(RecurrenceReport {
             rule: self.rule,
             epsilon: rule.threshold.distance(),
-            stride: self.stride,
-            lag: self.lag,
-            measures,
-            period: counts.period().map(|states| states * seconds),
-            counts,
+            stride_samples: self.stride,
+            states: counts.columns,
+            theiler_s: self.rule.theiler as f64 * seconds,
+            period_s: counts.period().map(|states| states * seconds),
+            measures: measures.in_seconds(seconds),
             along: Vec::new(),
-            picture: self.picture(signal, newest, period, nearness)?,
+            picture: self.picture(newest, signal.rate, period, nearness)?,
         })
     }
 
     /// The newest periods as a picture.
     fn picture(
         &self,
-        signal: &Signal,
         newest: &[f64],
+        rate: f64,
         period: f64,
         nearness: Threshold,
-    ) -> Result<RecurrencePixels, AnalysisError> {
-        let vectors = DelayVectors::new(newest, self.lag * self.stride, self.dimension)?;
+    ) -> Result<RecurrenceImage, AnalysisError> {
+        let lag = self.lag * self.stride;
+        let vectors = DelayVectors::new(newest, lag, self.dimension)?;
         let span = (PICTURE_PERIODS * period) as usize;
         let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
         let size = PICTURE.min(vectors.len());
@@ -320,15 +362,16 @@ impl Plan {
         let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
         let mut plot = RecurrencePlot::with(self.rule.norm, 1);
         plot.measure(&vectors, &picks);
-        // The newest coordinate says when a state is.
-        let ahead = newest.len() - vectors.len();
-        let offset = signal.samples.len() - newest.len() + ahead;
-        let time = |pick: usize| signal.time(offset + pick);
-        Ok(RecurrencePixels {
+        let recurrences = plot.recurrences(nearness)?;
+        Ok(RecurrenceImage {
+            window: ((size - 1) * hop) as f64 / rate,
             size,
-            span: [time(first), time(vectors.len() - 1)],
             distance: plot.distance_picture(),
-            recurrent: plot.recurrences(nearness)?.pixels,
+            recurrent: recurrences.pixels,
+            threshold: recurrences.distance,
+            rate: recurrences.rate,
+            lag: lag as f64 / rate,
+            dimension: self.dimension,
         })
     }
 
@@ -352,7 +395,7 @@ impl Plan {
             let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
             along.extend(measures.map(|measures| MeasuresAt {
                 time: signal.start + centre / signal.rate,
-                measures,
+                measures: measures.in_seconds(self.stride as f64 / signal.rate),
             }));
         }
         Ok(along)
@@ -375,13 +418,31 @@ fn thinned(samples: &[f64], stride: usize) -> Vec<f64> {
     samples[first..].iter().step_by(stride).copied().collect()
 }
 
-/// The newest passages through the mean level, and that level.
-fn section(samples: &[f64], lag: usize) -> Result<(Vec<Crossing>, f64), AnalysisError> {
-    let level = samples.iter().sum::<f64>() / samples.len() as f64;
-    let mut section = delay_section(samples, lag, SECTION_DIMENSION, level, Direction::Rising)?;
-    let surplus = section.len().saturating_sub(MOST_PASSAGES);
-    section.drain(..surplus);
-    Ok((section, level))
+/// The newest passages through the mean level.
+fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<Section, AnalysisError> {
+    let level = mean(newest);
+    let mut crossings = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    crossings.drain(..crossings.len().saturating_sub(MOST_PASSAGES));
+    let ahead = (signal.samples.len() - newest.len()) as f64;
+    let passage = |crossing: &Crossing| SectionPoint {
+        time: signal.start + (ahead + crossing.sample) / signal.rate,
+        at: [crossing.point[0], crossing.point[2]],
+    };
+    let passages: Vec<SectionPoint> = crossings.iter().map(passage).collect();
+    let points: Vec<&[f64]> = passages.iter().map(|passage| &passage.at[..]).collect();
+    let [low, high] = range(newest.iter().copied());
+    Ok(Section {
+        level,
+        shape: section_shape(&points, high - low),
+        mean_return_s: match &crossings[..] {
+            [first, .., last] => {
+                let returns = (crossings.len() - 1) as f64;
+                Some((last.sample - first.sample) / returns / signal.rate)
+            }
+            _ => None,
+        },
+        passages,
+    })
 }
 
 fn parting(
@@ -396,7 +457,13 @@ fn parting(
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Debug;
+
+    use serde::Serialize;
+    use serde::de::DeserializeOwned;
+
     use super::*;
+    use crate::analysis::ZeroOne;
     use crate::analysis::test_signals::{noise, sines};
 
     fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalReport, AnalysisError> {
@@ -436,6 +503,34 @@ mod tests {
         assert!((share(Threshold::Rate(0.3)) - 0.3).abs() < 0.01);
     }
 
+    fn assert_read_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(result: &T) {
+        let json = serde_json::to_value(result).unwrap();
+        assert_eq!(&T::deserialize(json).unwrap(), result);
+    }
+
+    #[test]
+    fn results_are_read_back_as_they_were_written() {
+        let tones = sines(1000.0, 3000, &[(23.0, 1.0, 0.2), (37.3, 0.6, 1.0)]);
+        for threshold in [Threshold::Spread(0.3), Threshold::Neighbours(20)] {
+            let report = report(tones.clone(), threshold).unwrap();
+            assert_read_back(&report.facts);
+            assert_read_back(&report.verdict);
+            assert_read_back(&report.tones);
+            assert_read_back(&report.embedding);
+            assert_read_back(&report.section);
+            assert_read_back(&report.rosenstein);
+            assert_read_back(&report.kantz);
+            assert_read_back(&ZeroOne {
+                path: Vec::new(),
+                ..report.zero_one
+            });
+            assert_read_back(&RecurrenceReport {
+                picture: RecurrenceImage::default(),
+                ..report.recurrence
+            });
+        }
+    }
+
     #[test]
     fn samples_that_cannot_be_squared_are_refused() {
         let tone = sines(1000.0, 600, &[(23.0, 1.0, 0.2)]);
@@ -447,8 +542,8 @@ mod tests {
         for factor in [1e-130, 1e130] {
             let scaled = tone.iter().map(|x| factor * x).collect();
             let report = report(scaled, Threshold::Rate(0.05)).unwrap();
-            assert_eq!(report.delay.dimension, 2, "{factor}");
-            assert!((report.lines[0].line.frequency - 23.0).abs() < 0.01);
+            assert_eq!(report.embedding.choice.dimension, 2, "{factor}");
+            assert!((report.tones.lines[0].line.frequency - 23.0).abs() < 0.01);
         }
     }
 }

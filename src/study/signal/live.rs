@@ -2,7 +2,7 @@
 
 use super::SignalReport;
 use super::analyse::{period_of, spectrogram_window};
-use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch, Line};
+use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
@@ -27,78 +27,31 @@ const VERDICT_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 /// Windows along a stream that suit a signal: so many of its dominant periods, never more than a
 /// quarter of it; lag and dimension as the report has them.
 pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
-    let signal = &report.signal;
-    let (rate, duration) = (signal.rate, signal.duration());
-    let lines: Vec<Line> = report.lines.iter().map(|named| named.line).collect();
-    let period = period_of(&lines, &report.delay, rate) / rate;
-    let sliding = |window: f64, looks: f64| SlidingSpec {
-        window: window.min(duration / 4.0),
-        every: (duration / looks).max(1.0 / rate),
-    };
-    let long = |periods: f64, samples: [f64; 2]| {
-        let [fewest, most] = samples.map(|samples| samples / rate);
-        (periods * period).clamp(fewest, most)
-    };
-    let shortest = spectrogram_window(signal.samples.len(), period * rate) as f64 / rate;
-    let lag = report.delay.lag as f64 / rate;
-    let embedding = EmbeddingSpec {
-        lag: Setting::Given(lag),
-        dimension: Setting::Given(report.delay.dimension),
-    };
-    let nearness = NearnessSpec {
-        norm: report.recurrence.rule.norm,
-        threshold: report.recurrence.rule.threshold,
-    };
-    let step = report.recurrence.stride as f64 / rate;
-    let parting = long(CHAOS_PERIODS, CHAOS_SAMPLES);
-    let parting_samples = (parting.min(duration / 4.0) * rate) as usize;
+    let fit = Fit::new(report);
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
-            sliding: sliding(SPECTRUM_PERIODS * period, LOOKS),
+            sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, LOOKS),
         }),
-        spectrogram: Some(SpectrogramSpec {
-            sliding: sliding(shortest, 2.0 * LOOKS),
-            max_frequency: highest_frequency(report),
-        }),
-        delay: Some(DelaySpec {
-            sliding: sliding(parting, LOOKS / 10.0),
-            largest_lag: (4.0 * lag)
-                .min(parting_samples as f64 / rate / 25.0)
-                .max(lag),
-            largest_dimension: 10,
-            bins: 32,
-            false_share: 0.01,
-        }),
+        spectrogram: Some(fit.spectrogram()),
+        delay: Some(fit.delay()),
         recurrence: Some(RecurrenceSpec {
-            sliding: sliding(PLOT_PERIODS * period, LOOKS),
+            sliding: fit.sliding(PLOT_PERIODS * fit.period, LOOKS),
             size: 288,
-            embedding,
-            nearness,
+            embedding: fit.embedding(),
+            nearness: fit.nearness(),
         }),
-        quantification: Some(QuantificationSpec {
-            sliding: sliding(1000.0 * step, LOOKS),
-            step,
-            embedding,
-            nearness,
-            theiler: lag,
-            least_diagonal: 2,
-            least_vertical: 2,
-        }),
+        quantification: Some(fit.quantification()),
         section: Some(SectionSpec {
-            every: duration / LOOKS,
+            every: fit.duration / LOOKS,
             surface: SectionSurface::Delay {
-                lag: Setting::Given(lag),
-                level: report.level,
+                lag: Setting::Given(report.embedding.lag_s),
+                level: report.section.level,
             },
             direction: Direction::Rising,
         }),
-        chaos: Some(chaos(
-            report,
-            sliding(parting, LOOKS / 5.0),
-            parting_samples,
-        )),
+        chaos: Some(fit.chaos()),
         regime: Some(RegimeSpec {
-            sliding: sliding(long(VERDICT_PERIODS, VERDICT_SAMPLES), LOOKS / 4.0),
+            sliding: fit.sliding(fit.long(VERDICT_PERIODS, VERDICT_SAMPLES), LOOKS / 4.0),
             silence: 0.0,
         }),
         exponents: None,
@@ -106,19 +59,115 @@ pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
     }
 }
 
-/// How neighbours part in windows of so many samples.
-fn chaos(report: &SignalReport, sliding: SlidingSpec, samples: usize) -> ChaosSpec {
-    let (rate, delay) = (report.signal.rate, &report.delay);
-    let rules = DivergenceSearch::for_delay(delay.lag, delay.dimension, delay.theiler, samples);
-    ChaosSpec {
-        sliding,
-        embedding: EmbeddingSpec {
-            lag: Setting::Given(delay.lag as f64 / rate),
-            dimension: Setting::Given(delay.dimension),
-        },
-        theiler: delay.theiler as f64 / rate,
-        horizon: rules.horizon as f64 / rate,
-        method: DivergenceMethod::Rosenstein,
+/// A signal that windows are fitted to; times in s.
+struct Fit<'a> {
+    report: &'a SignalReport,
+    rate: f64,
+    duration: f64,
+    /// The dominant period.
+    period: f64,
+    /// A window in which neighbours are followed.
+    parting: f64,
+}
+
+impl<'a> Fit<'a> {
+    fn new(report: &'a SignalReport) -> Self {
+        let rate = report.signal.rate;
+        let mut fit = Self {
+            report,
+            rate,
+            duration: report.signal.duration(),
+            period: period_of(&report.tones.lines, &report.embedding.choice, rate) / rate,
+            parting: 0.0,
+        };
+        fit.parting = fit.long(CHAOS_PERIODS, CHAOS_SAMPLES);
+        fit
+    }
+
+    /// A window, so often along the signal.
+    fn sliding(&self, window: f64, looks: f64) -> SlidingSpec {
+        SlidingSpec {
+            window: window.min(self.duration / 4.0),
+            every: (self.duration / looks).max(1.0 / self.rate),
+        }
+    }
+
+    /// So many periods, within these numbers of samples.
+    fn long(&self, periods: f64, samples: [f64; 2]) -> f64 {
+        let [fewest, most] = samples.map(|samples| samples / self.rate);
+        (periods * self.period).clamp(fewest, most)
+    }
+
+    /// Samples of the window in which neighbours are followed.
+    fn parting_samples(&self) -> usize {
+        (self.parting.min(self.duration / 4.0) * self.rate) as usize
+    }
+
+    fn embedding(&self) -> EmbeddingSpec {
+        EmbeddingSpec {
+            lag: Setting::Given(self.report.embedding.lag_s),
+            dimension: Setting::Given(self.report.embedding.choice.dimension),
+        }
+    }
+
+    fn nearness(&self) -> NearnessSpec {
+        let rule = self.report.recurrence.rule;
+        NearnessSpec {
+            norm: rule.norm,
+            threshold: rule.threshold,
+        }
+    }
+
+    fn spectrogram(&self) -> SpectrogramSpec {
+        let samples = self.report.signal.samples.len();
+        let window = spectrogram_window(samples, self.period * self.rate) as f64 / self.rate;
+        SpectrogramSpec {
+            sliding: self.sliding(window, 2.0 * LOOKS),
+            max_frequency: highest_frequency(self.report),
+        }
+    }
+
+    fn delay(&self) -> DelaySpec {
+        let lag = self.report.embedding.lag_s;
+        DelaySpec {
+            sliding: self.sliding(self.parting, LOOKS / 10.0),
+            largest_lag: (4.0 * lag)
+                .min(self.parting_samples() as f64 / self.rate / 25.0)
+                .max(lag),
+            largest_dimension: 10,
+            bins: 32,
+            false_share: 0.01,
+        }
+    }
+
+    fn quantification(&self) -> QuantificationSpec {
+        let step = self.report.recurrence.stride_samples as f64 / self.rate;
+        QuantificationSpec {
+            sliding: self.sliding(1000.0 * step, LOOKS),
+            step,
+            embedding: self.embedding(),
+            nearness: self.nearness(),
+            theiler: self.report.embedding.lag_s,
+            least_diagonal: 2,
+            least_vertical: 2,
+        }
+    }
+
+    fn chaos(&self) -> ChaosSpec {
+        let choice = &self.report.embedding.choice;
+        let rules = DivergenceSearch::for_delay(
+            choice.lag,
+            choice.dimension,
+            choice.theiler,
+            self.parting_samples(),
+        );
+        ChaosSpec {
+            sliding: self.sliding(self.parting, LOOKS / 5.0),
+            embedding: self.embedding(),
+            theiler: self.report.embedding.theiler_s,
+            horizon: rules.horizon as f64 / self.rate,
+            method: DivergenceMethod::Rosenstein,
+        }
     }
 }
 
@@ -126,7 +175,7 @@ fn chaos(report: &SignalReport, sliding: SlidingSpec, samples: usize) -> ChaosSp
 /// there is.
 pub fn highest_frequency(report: &SignalReport) -> f64 {
     let nyquist = 0.5 * report.signal.rate;
-    let lines = report.lines.iter().map(|named| named.line.frequency);
+    let lines = report.tones.lines.iter().map(|named| named.line.frequency);
     let highest = lines.fold(0.0, f64::max);
     if highest > 0.0 {
         (1.5 * highest).min(nyquist)

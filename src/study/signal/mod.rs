@@ -11,9 +11,11 @@
 mod analyse;
 mod live;
 
+use serde::{Deserialize, Serialize};
+
 use crate::analysis::{
-    Clusters, Column, Combination, Crossing, DelayChoice, Divergence, Line, Measures, Naming,
-    RecurrenceCounts, RecurrenceRule, SectionShape, Spectrum, Threshold, Verdict, ZeroOne,
+    Column, DelayChoice, Divergence, Measures, Naming, RecurrenceImage, RecurrenceRule,
+    SectionPoint, SectionShape, SpectralLine, Spectrum, Threshold, Verdict, ZeroOne,
 };
 use crate::import::Signal;
 
@@ -53,101 +55,157 @@ pub const MOST_SPECTRUM: usize = 1 << 22;
 /// Fewer samples than these say too little.
 pub const FEWEST_SAMPLES: usize = 500;
 
-/// A spectral line with its name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What there is to say of the samples by themselves; amounts in the signal's unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SignalFacts {
+    /// Name of the column or channel, or of the file.
+    pub name: String,
+    /// Unit, empty if unknown.
+    pub unit: String,
+    /// How many samples.
+    pub samples: usize,
+    /// Samples a second, Hz.
+    pub rate_hz: f64,
+    /// Time of the first sample.
+    pub start_s: f64,
+    /// How long it lasts.
+    pub duration_s: f64,
+    /// Smallest sample.
+    pub smallest: f64,
+    /// Largest sample.
+    pub largest: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Root mean square about the mean.
+    pub deviation: f64,
+}
+
+/// The lines of the spectrum, and how they read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tones {
+    /// Spacing of the bins.
+    pub bin_hz: f64,
+    /// Share of the power in the noise floor, 0 to 1.
+    pub floor_share: f64,
+    /// How the lines read.
+    #[serde(flatten)]
+    pub naming: Naming,
+    /// Lowest difference frequency of both bases, if there are two.
+    pub beat_hz: Option<f64>,
+    /// The lines, strongest first.
+    pub lines: Vec<NamedLine>,
+}
+
+/// A spectral line, and how well its name fits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedLine {
-    /// Frequency and amplitude.
-    pub line: Line,
-    /// Its name, if one fits.
-    pub name: Option<Combination>,
-    /// Frequency less that of the name, Hz.
-    pub misfit: Option<f64>,
+    /// The line with its name.
+    #[serde(flatten)]
+    pub line: SpectralLine,
+    /// Frequency less that of the name; `None` without a name.
+    pub misfit_hz: Option<f64>,
+}
+
+/// The state space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StateSpace {
+    /// Lag and dimension, and the curves that led to them.
+    #[serde(flatten)]
+    pub choice: DelayChoice,
+    /// Delay.
+    pub lag_s: f64,
+    /// Theiler window.
+    pub theiler_s: f64,
 }
 
 /// The quantified recurrence plot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecurrenceReport {
     /// What counted as the same.
+    #[serde(flatten)]
     pub rule: RecurrenceRule,
     /// The threshold distance, in the signal's unit; `None` if each state had its own.
     pub epsilon: Option<f64>,
-    /// Every so many samples one state was taken; counts and measures are in states.
-    pub stride: usize,
-    /// Delay, states.
-    pub lag: usize,
-    /// Everything counted.
-    pub counts: RecurrenceCounts,
-    /// The measures.
+    /// Every so many samples one state was taken.
+    pub stride_samples: usize,
+    /// How many states.
+    pub states: usize,
+    /// Theiler window.
+    pub theiler_s: f64,
+    /// The most frequent spacing of diagonals.
+    pub period_s: Option<f64>,
+    /// The measures, in seconds.
+    #[serde(rename = "whole")]
     pub measures: Measures,
-    /// The most frequent spacing of diagonals, s.
-    pub period: Option<f64>,
     /// Measures of a window that slides along the signal.
     pub along: Vec<MeasuresAt>,
-    /// A picture of the newest part.
-    pub picture: RecurrencePixels,
+    /// A picture that ends with the newest sample, at the distance that the threshold comes to. A rate is that of
+    /// the picture itself; a number of neighbours is shown as the rate that it comes to.
+    #[serde(skip)]
+    pub picture: RecurrenceImage,
 }
 
 /// Measures of one window.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuresAt {
     /// Centre of the window, in the file's time, s.
+    #[serde(rename = "time_s")]
     pub time: f64,
-    /// The measures.
+    /// The measures, in seconds.
+    #[serde(flatten)]
     pub measures: Measures,
 }
 
-/// A recurrence plot as pixels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecurrencePixels {
-    /// Points along a side.
-    pub size: usize,
-    /// Time of the first and of the last state, s.
-    pub span: [f64; 2],
-    /// Distances, 0 (same) to 255 (largest), row-major, oldest first.
-    pub distance: Vec<u8>,
-    /// 255 recurrent, 0 not: at the distance that the threshold comes to. A rate is that of the
-    /// picture itself; a number of neighbours is shown as the rate that it comes to.
-    pub recurrent: Vec<u8>,
+/// The delay section `y(t + lag) = level`, rising, Fig. 10.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// The level, in the signal's unit.
+    pub level: f64,
+    /// What the passages look like.
+    #[serde(flatten)]
+    pub shape: SectionShape,
+    /// Mean time from one passage to the next; `None` of fewer than two.
+    pub mean_return_s: Option<f64>,
+    /// The passages: `t`, in the file's time, and `(y(t), y(t + 2 lag))`.
+    pub passages: Vec<SectionPoint>,
 }
 
 /// Everything the laboratory can say of one signal.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// Amplitudes, levels and distances are in the signal's own unit, times in seconds. Written are the
+/// results; the signal itself, and what is only drawn, are not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SignalReport {
     /// The signal, as analysed.
+    #[serde(skip)]
     pub signal: Signal,
-    /// Amplitude spectrum of the whole signal.
-    pub spectrum: Spectrum,
-    /// Its lines, strongest first, with their names.
-    pub lines: Vec<NamedLine>,
-    /// How the lines read.
-    pub naming: Naming,
-    /// Share of the power in the noise floor, 0 to 1.
-    pub floor_share: f64,
-    /// The spectrogram.
-    pub spectrogram: Vec<Column>,
-    /// Lag and dimension, and the curves that led to them.
-    pub delay: DelayChoice,
-    /// The recurrence plot, quantified.
-    pub recurrence: RecurrenceReport,
-    /// Passages through the delay section, Fig. 10; points `(y(t), y(t + lag), y(t + 2 lag))`.
-    pub section: Vec<Crossing>,
-    /// Their groups.
-    pub clusters: Clusters,
-    /// What they look like.
-    pub shape: SectionShape,
-    /// Level of the section, in the signal's unit.
-    pub level: f64,
-    /// How nearest neighbours part (Rosenstein).
-    pub rosenstein: Divergence,
-    /// How neighbourhoods part (Kantz).
-    pub kantz: Divergence,
-    /// The 0-1 test.
-    pub zero_one: ZeroOne,
-    /// Every so many samples one went through the 0-1 test.
-    pub zero_one_stride: usize,
+    /// Facts of the signal.
+    #[serde(rename = "signal")]
+    pub facts: SignalFacts,
     /// The kind of motion.
     pub verdict: Verdict,
+    /// Amplitude spectrum of the signal.
+    #[serde(skip)]
+    pub spectrum: Spectrum,
+    /// The lines of the spectrum.
+    #[serde(rename = "spectrum")]
+    pub tones: Tones,
+    /// The spectrogram.
+    #[serde(skip)]
+    pub spectrogram: Vec<Column>,
     /// How many of the newest samples the nonlinear methods used (all, unless the signal is longer
     /// than they can take).
     pub nonlinear_samples: usize,
+    /// The state space.
+    pub embedding: StateSpace,
+    /// The recurrence plot, quantified.
+    pub recurrence: RecurrenceReport,
+    /// Where the motion passes through a surface.
+    pub section: Section,
+    /// How nearest neighbours part (Rosenstein), in seconds.
+    pub rosenstein: Divergence,
+    /// How neighbourhoods part (Kantz), in seconds.
+    pub kantz: Divergence,
+    /// The 0-1 test.
+    pub zero_one: ZeroOne,
 }

@@ -124,13 +124,13 @@ impl Signal {
                 recurrence_rate: 0.05,
                 determinism: Some(1.0 - 0.4 * disorder),
                 mean_diagonal: Some(0.3 * longest),
-                longest_diagonal: longest as usize,
+                longest_diagonal: longest.floor(),
                 divergence: Some(longest.recip()),
                 entropy: Some(1.0 + 2.5 * disorder),
                 trend: Some(-0.002 - 0.02 * disorder),
                 laminarity: laminar.then_some(0.3 * disorder),
                 trapping_time: laminar.then_some(2.0 + 2.0 * disorder),
-                longest_vertical: 9,
+                longest_vertical: 9.0,
                 recurrence_time_1: Some(19.0 + 5.0 * disorder),
                 recurrence_time_2: Some(47.0 - 8.0 * disorder),
             },
@@ -184,11 +184,12 @@ impl Signal {
             window: WINDOW,
             dt: 1.0 / SAMPLE_RATE,
             divergence: Arc::new(Divergence {
+                step: 1.0,
                 curve: curve.collect(),
                 counted: vec![3000; 400],
                 region: chaotic.then_some(ScalingRegion {
-                    from: 10,
-                    to: 150,
+                    from: 10.0,
+                    to: 150.0,
                     slope: 0.8 * slope,
                     error: 0.05 * slope,
                     intercept: -17.35,
@@ -198,6 +199,7 @@ impl Signal {
                 k: disorder,
                 by_frequency: Vec::new(),
                 path: path.collect(),
+                stride: 1,
                 samples: 1500,
             }),
         }
@@ -212,12 +214,8 @@ impl Signal {
             Regime::QuasiPeriodic => &[Regime::QuasiPeriodic, Regime::Periodic],
             _ => &[Regime::Chaotic],
         };
-        let evidence = |what, value, weight, words: &str| Evidence {
-            what,
-            value,
-            says,
-            weight,
-            words: words.to_owned(),
+        let evidence = |what, value, weight, words: &str| {
+            Evidence::new(what, value, says, weight, words.to_owned())
         };
         Record::Regime {
             time: now,
