@@ -185,7 +185,7 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
 pub(super) struct Files {
     table: OutputFile,
     csv: OutputFile,
-    json: Option<OutputFile>,
+    pub json: Option<OutputFile>,
     save: Option<OutputFile>,
 }
 

@@ -105,12 +105,15 @@ mod weigh;
 
 use std::fmt;
 
+use serde::Serialize;
+
 use super::{AnalysisError, range};
 use belief::Belief;
 use signs::Signs;
 
 /// Kinds of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Regime {
     /// Hardly anything moves.
     Silent,
@@ -125,6 +128,7 @@ pub enum Regime {
     /// No law is found in it.
     Noise,
     /// The evidence does not suffice.
+    #[serde(rename = "not sure")]
     Unsure,
 }
 

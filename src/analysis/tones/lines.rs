@@ -57,6 +57,7 @@ const STRONG: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpectralLine {
     /// Frequency refined below a bin, Hz.
+    #[serde(rename = "frequency_hz")]
     pub frequency: f64,
     /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
     pub amplitude: f64,
