@@ -1,6 +1,5 @@
 //! `squeakscope basins`: which attractors coexist, and how many kicks lead to each?
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -18,7 +17,7 @@ use super::sweep::{
 use crate::escape;
 use crate::figure::basins_figure;
 use crate::number::fixed;
-use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
+use crate::scene::Parameter;
 use crate::study::basins::Basins;
 use crate::study::sweep::{Axis, Start, SweepPlan};
 use crate::table::Table;
@@ -39,7 +38,7 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     if let Ok(joint) = plan.scene.joint() {
         report::print_held(joint.held_at_first());
     }
-    let scene = args.scene.as_deref().map(OsStr::new);
+    let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
@@ -70,10 +69,8 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
 /// The kicks are a sweep over their seeds.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     check_times(&args.response)?;
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.response.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.response.accuracy.apply(scene)?;
     for (name, value) in [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
@@ -143,11 +140,14 @@ fn text(title: &str, found: &Basins) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::args::{AccuracyArgs, SceneArgs};
     use crate::cli::study_args::{ResponseArgs, SweepOutputs, WorkArgs};
 
     fn args(folder: &std::path::Path) -> BasinsArgs {
         BasinsArgs {
-            scene: Some("printed-friction".to_owned()),
+            scene: SceneArgs {
+                scene: Some("printed-friction".to_owned()),
+            },
             tilt: Some(2.5),
             kicks: 3,
             kick: Some(0.02),
@@ -158,7 +158,7 @@ mod tests {
                 measure: 10.0,
                 exponents: 0,
                 tolerance: Some(1e-4),
-                accuracy: None,
+                accuracy: AccuracyArgs::default(),
             },
             work: WorkArgs::default(),
             outputs: SweepOutputs {

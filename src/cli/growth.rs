@@ -1,6 +1,5 @@
 //! `squeakscope growth`: how do time and memory grow with the size of the problem?
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -18,7 +17,7 @@ use super::report::{self, NAME};
 use super::study_args::GrowthArgs;
 use super::sweep::write_figures;
 use crate::figure::growth_figure;
-use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::scene::Scene;
 use crate::study::growth::{Growth, GrowthPlan, Taken, growth};
 use crate::study::{threads, wait_for};
 use crate::table::Table;
@@ -34,7 +33,7 @@ pub(super) fn run(args: &GrowthArgs) -> Result<(), CliError> {
 }
 
 fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
-    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let scene = args.scene.load()?;
     if let Ok(joint) = scene.joint() {
         report::print_held(joint.held_at_first());
     }
@@ -43,7 +42,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
         repeats: args.repeats.into(),
         ..GrowthPlan::new(scene, threads(args.threads))
     };
-    let own = args.scene.as_deref().map(OsStr::new);
+    let own = args.scene.input();
     let names = ["growth.csv", "growth.svg", "growth.png"].map(str::to_owned);
     check_directory(&args.out, "--out", &names)?;
     let [page, json] = check_all(
@@ -212,6 +211,7 @@ fn megabytes(memory: Option<u64>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::args::SceneArgs;
     use crate::study::growth::{GrowthPoint, Size, Work};
 
     #[test]
@@ -251,7 +251,9 @@ mod tests {
     fn a_study_that_is_stopped_at_once_has_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let args = GrowthArgs {
-            scene: Some("impact-oscillator".to_owned()),
+            scene: SceneArgs {
+                scene: Some("impact-oscillator".to_owned()),
+            },
             repeats: 1,
             threads: None,
             out: folder.path().join("growth"),

@@ -1,14 +1,13 @@
 //! `squeakscope lyapunov`: does the motion repeat, drift on a torus, or forget itself, and how fast?
 
 use std::error::Error;
-use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::args::LyapunovArgs;
+use super::args::{LyapunovArgs, changed};
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::exponents::Reading;
@@ -20,7 +19,7 @@ use super::report;
 use crate::dynamics::DynamicsError;
 use crate::figure::lyapunov_figure;
 use crate::number::uncertain;
-use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::scene::Scene;
 use crate::study::lyapunov::{
     Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, scene_lyapunov,
 };
@@ -160,7 +159,7 @@ impl Outputs {
         // In a directory that is still to be made there is no other file.
         let there = directory.as_deref().is_none_or(Path::is_dir);
         let [json, csv, _] = check_all(
-            args.scene.as_deref().map(OsStr::new),
+            args.scene.input(),
             [
                 ("--json", file(&args.json).as_deref()),
                 ("--csv", file(&args.csv).as_deref()),
@@ -229,19 +228,11 @@ fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
 
 /// The scene asked for, with what the command line changes of it.
 fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
-    if let Some(tilt) = args.tilt {
-        scene = scene.with_tilt(tilt)?;
-    }
-    if let Some(duration) = args.duration {
-        scene = scene.with_duration(duration)?;
-    }
-    if let Some(tolerance) = args.tolerance {
-        scene = scene.with_tolerance(tolerance)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.accuracy.apply(scene)?;
+    scene = changed(scene, args.tilt, Scene::with_tilt)?;
+    scene = changed(scene, args.duration, Scene::with_duration)?;
+    scene = changed(scene, args.tolerance, Scene::with_tolerance)?;
     if let Some(seed) = args.seed {
         scene = scene.with_seed(seed);
     }

@@ -1,6 +1,7 @@
 //! The command with a small system, and what is said of studies that are made by hand.
 
 use super::*;
+use crate::cli::args::SceneArgs;
 use crate::dynamics::{Exponent, LyapunovSpectrum, Motion, Tally};
 use crate::study::lyapunov::{LyapunovStudy, RunningExponents};
 
@@ -23,7 +24,9 @@ impl Desk {
 
     fn args(&self) -> LyapunovArgs {
         LyapunovArgs {
-            scene: Some("impact-oscillator".to_owned()),
+            scene: SceneArgs {
+                scene: Some("impact-oscillator".to_owned()),
+            },
             json: Some(self.path("out.json")),
             ..LyapunovArgs::default()
         }
@@ -294,7 +297,9 @@ fn bad_input_is_found_before_any_work() {
     std::fs::write(desk.path("file"), "x").expect("written");
     let bad = [
         LyapunovArgs {
-            scene: Some("chaos-5deg".to_owned()),
+            scene: SceneArgs {
+                scene: Some("chaos-5deg".to_owned()),
+            },
             tilt: Some(91.0),
             ..desk.args()
         },
@@ -331,7 +336,9 @@ fn bad_input_is_found_before_any_work() {
             ..desk.args()
         },
         LyapunovArgs {
-            scene: Some("chaos".to_owned()),
+            scene: SceneArgs {
+                scene: Some("chaos".to_owned()),
+            },
             ..desk.args()
         },
     ];

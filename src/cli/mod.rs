@@ -12,7 +12,7 @@
 //! beside the computation, with version, scene and files.
 
 mod analyse;
-pub mod args;
+mod args;
 mod audit;
 mod basins;
 mod calibrate;
@@ -27,7 +27,7 @@ mod exponents;
 mod growth;
 mod interrupt;
 mod live;
-pub mod live_args;
+mod live_args;
 mod lyapunov;
 mod lyapunov_text;
 mod model;
@@ -40,10 +40,10 @@ pub mod report;
 mod run;
 mod scenes;
 pub mod signal_report;
-pub mod sound_args;
+mod sound_args;
 mod stability;
 mod steps;
-pub mod study_args;
+mod study_args;
 mod sweep;
 pub mod sweep_report;
 mod sweep_view;

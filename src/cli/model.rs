@@ -1,6 +1,5 @@
 //! `squeakscope model`: all that Eq. (8) needs, as NumPy arrays.
 
-use std::ffi::OsStr;
 use std::io::{Cursor, Write};
 
 use serde::Serialize;
@@ -14,7 +13,7 @@ use crate::escape;
 use crate::export::{ModelArrays, encode_model};
 use crate::joint::BallJoint;
 use crate::pipeline::initial_state;
-use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::scene::Scene;
 
 /// How large a model is: its contact nodes, and its modes.
 #[derive(Serialize)]
@@ -28,12 +27,12 @@ struct Size {
 /// # Errors
 /// Bad input before any work; a fault while building or writing.
 pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
-    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let scene = args.scene.load()?;
     let held = scene.joint()?.held_at_first();
     report::print_warnings(&scene.warnings());
     report::print_held(held);
     let [out, json] = check_all(
-        args.scene.as_deref().map(OsStr::new),
+        args.scene.input(),
         [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
     )?;
     let out = out.expect("a path was given, and has been checked");
@@ -67,12 +66,13 @@ fn build(scene: &Scene) -> Result<(Size, Vec<u8>), Cause> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::DEFAULT_SCENE;
 
     #[test]
     fn a_model_is_written_with_its_size() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let args = ModelArgs {
-            scene: None,
+            scene: Default::default(),
             out: folder.path().join("model.npz"),
             json: Some(folder.path().join("model.json")),
         };

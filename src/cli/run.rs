@@ -1,6 +1,5 @@
 //! `squeakscope run`: simulate a scene and record it.
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::args::RunArgs;
+use super::args::{RunArgs, changed};
 use super::audit::{self, Audit};
 use super::document::{Document, WrittenFile};
 use super::engine::start_pool;
@@ -23,7 +22,7 @@ use crate::export::SamplesSink;
 use crate::pipeline::message::{SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RerunSink};
-use crate::scene::{DEFAULT_SCENE, Integrator, Scene};
+use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
 use crate::study::growth::peak_memory;
 use crate::table::Table;
@@ -88,7 +87,7 @@ fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
         return Err(CliError::NotAudited);
     }
     let [save, npz, wav, json] = check_all(
-        args.scene.as_deref().map(OsStr::new),
+        args.scene.input(),
         [
             ("--save", recording(args)),
             ("--npz", args.npz.as_deref()),
@@ -192,16 +191,10 @@ fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
 
 /// The scene asked for, with what the command line changes of it.
 fn scene(args: &RunArgs) -> Result<Scene, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
-    if let Some(tilt) = args.tilt {
-        scene = scene.with_tilt(tilt)?;
-    }
-    if let Some(duration) = args.duration {
-        scene = scene.with_duration(duration)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.accuracy.apply(scene)?;
+    scene = changed(scene, args.tilt, Scene::with_tilt)?;
+    scene = changed(scene, args.duration, Scene::with_duration)?;
     Ok(scene)
 }
 
@@ -333,6 +326,7 @@ fn integration(is_joint: bool, found: &Found<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::args::SceneArgs;
 
     struct Desk {
         folder: tempfile::TempDir,
@@ -349,7 +343,9 @@ mod tests {
 
         fn args(&self) -> RunArgs {
             RunArgs {
-                scene: Some("mass-on-belt".to_owned()),
+                scene: SceneArgs {
+                    scene: Some("mass-on-belt".to_owned()),
+                },
                 save: Some(self.folder.path().join("out.rrd")),
                 json: Some(self.folder.path().join("out.json")),
                 ..RunArgs::default()
@@ -418,7 +414,9 @@ mod tests {
                 ..desk.args()
             },
             RunArgs {
-                scene: Some("torus".to_owned()),
+                scene: SceneArgs {
+                    scene: Some("torus".to_owned()),
+                },
                 ..desk.args()
             },
             RunArgs {

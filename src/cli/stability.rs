@@ -1,6 +1,5 @@
 //! `squeakscope stability`: which modes can squeak, by complex eigenvalues at steady sliding.
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -13,7 +12,7 @@ use super::report::{self, BAD, NAME};
 use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode};
 use crate::number::fixed;
-use crate::scene::{DEFAULT_SCENE, Held, Scene, SceneError, Schedule};
+use crate::scene::{Held, Scene, SceneError, Schedule};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
 
@@ -37,7 +36,7 @@ struct FoundAt {
 /// # Errors
 /// Bad input before any work; a fault of the analysis.
 pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
-    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let scene = args.scene.load()?;
     report::print_warnings(&scene.warnings());
     report::print_held(Held {
         tilt: None,
@@ -52,10 +51,7 @@ pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
         Ok(there.joint()?.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
-    let [json] = check_all(
-        args.scene.as_deref().map(OsStr::new),
-        [("--json", args.json.as_deref())],
-    )?;
+    let [json] = check_all(args.scene.input(), [("--json", args.json.as_deref())])?;
     let found = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
         doing: "stability analysis",
         source,
@@ -142,6 +138,7 @@ fn share(cause: &CauseOfGrowth) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::args::SceneArgs;
     use crate::joint::NamedMode;
 
     #[test]
@@ -149,7 +146,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("temporary folder");
         let json = folder.path().join("out.json");
         let args = StabilityArgs {
-            scene: Some("periodic-2deg".to_owned()),
+            scene: SceneArgs {
+                scene: Some("periodic-2deg".to_owned()),
+            },
             tilt: Some("0:7:3.5".parse().expect("a sweep")),
             causes: false,
             json: Some(json.clone()),

@@ -17,7 +17,7 @@ use super::study_args::{
     MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
 };
 use super::sweep_report::SweepReport;
-use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
+use crate::scene::{Held, Parameter, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable,
@@ -66,7 +66,7 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
-    let scene = args.scene.as_deref().map(OsStr::new);
+    let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &(tools.names)(&plan))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
@@ -407,10 +407,8 @@ fn held(plan: &SweepPlan) -> Held {
 
 /// What is asked for.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.response.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.response.accuracy.apply(scene)?;
     let seed = args.seed.map(|seed| seed as f64);
     for (name, value) in [
         ("start.seed", seed),
