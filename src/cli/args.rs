@@ -1,5 +1,6 @@
 //! The arguments as the user writes them.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use clap::{Args as Arguments, Parser, Subcommand, value_parser};
@@ -13,6 +14,7 @@ use super::study_args::{
 };
 use crate::analysis::Threshold;
 use crate::import::MAX_SAMPLES;
+use crate::scene::{DEFAULT_SCENE, Scene, SceneError};
 use crate::study::lyapunov::Count;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
@@ -61,6 +63,54 @@ pub enum Command {
     Analyse(AnalyseArgs),
 }
 
+/// The scene of a command.
+#[derive(Clone, Debug, Default, Arguments)]
+pub struct SceneArgs {
+    /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    pub scene: Option<String>,
+}
+
+impl SceneArgs {
+    /// Reads the scene.
+    pub(super) fn load(&self) -> Result<Scene, SceneError> {
+        Scene::load(self.scene.as_deref().unwrap_or(DEFAULT_SCENE))
+    }
+
+    /// What is read, if anything is, which no output may replace.
+    pub(super) fn input(&self) -> Option<&OsStr> {
+        self.scene.as_deref().map(OsStr::new)
+    }
+}
+
+/// The accuracy of a command.
+#[derive(Clone, Copy, Debug, Default, Arguments)]
+pub struct AccuracyArgs {
+    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
+    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
+    pub accuracy: Option<f64>,
+}
+
+impl AccuracyArgs {
+    /// The scene with this accuracy.
+    pub(super) fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
+        changed(scene, self.accuracy, |scene, error| {
+            scene.with_accuracy(error)
+        })
+    }
+}
+
+/// A scene with what the command line changes of it, if it does.
+pub(super) fn changed<T>(
+    scene: Scene,
+    value: Option<T>,
+    change: impl FnOnce(Scene, T) -> Result<Scene, SceneError>,
+) -> Result<Scene, SceneError> {
+    match value {
+        Some(value) => change(scene, value),
+        None => Ok(scene),
+    }
+}
+
 /// Arguments of `squeakscope run`.
 #[derive(Debug, Default, Arguments)]
 #[command(
@@ -69,17 +119,16 @@ pub enum Command {
     mut_arg("at", |at| at.requires("wav")),
 )]
 pub struct RunArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Keep the tilt of the load constant at this angle, -90 to 90 degrees.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub tilt: Option<f64>,
     /// Simulate this long, 0.1 to 100000 ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
-    pub accuracy: Option<f64>,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     /// Save the recording [default: squeak.rrd, if no other output is asked for].
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -139,8 +188,8 @@ pub struct ScenesArgs {
 /// Arguments of `squeakscope stability`.
 #[derive(Debug, Arguments)]
 pub struct StabilityArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Tilts in degrees: one, or from A to B (inclusive) in steps of STEP [default: the tilts at the scene's knots].
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
     pub tilt: Option<Steps>,
@@ -154,9 +203,10 @@ pub struct StabilityArgs {
 
 /// Arguments of `squeakscope lyapunov`.
 #[derive(Debug, Default, Arguments)]
+#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
 pub struct LyapunovArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// How many of the largest exponents, or `all` [default: all].
     #[arg(long, value_name = "K", value_parser = exponents)]
     pub exponents: Option<Count>,
@@ -179,9 +229,8 @@ pub struct LyapunovArgs {
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", conflicts_with = "tolerance", value_parser = positive)]
-    pub accuracy: Option<f64>,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's, and at most 5e-8 while all exponents are followed].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
@@ -225,8 +274,8 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 /// Arguments of `squeakscope model`.
 #[derive(Debug, Arguments)]
 pub struct ModelArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// The file to write.
     #[arg(long, value_name = "FILE.npz")]
     pub out: PathBuf,

@@ -12,16 +12,13 @@ const LIMIT: f64 = 0.05;
 
 /// Whether energy and work agree.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct AuditReport {
-    /// Relative residual at the end; `null` where it is not finite.
-    pub residual: f64,
-    /// The largest that passes.
-    pub limit: f64,
-    /// Whether it does.
-    pub holds: bool,
+pub(super) struct Audit {
+    residual: f64,
+    limit: f64,
+    holds: bool,
 }
 
-impl AuditReport {
+impl Audit {
     /// The audit of a run, if there was one.
     pub fn of(summary: &Summary) -> Option<Self> {
         summary.audit.map(|residual| Self {
@@ -53,7 +50,7 @@ pub(super) fn is_audited(scene: &Scene) -> bool {
 /// # Errors
 /// Where `strict`: if it does not hold, or there was none.
 pub(super) fn judge(summary: &Summary, strict: bool) -> Result<(), CliError> {
-    match (AuditReport::of(summary), strict) {
+    match (Audit::of(summary), strict) {
         (None, true) => Err(CliError::NotAudited),
         (None, false) => Ok(()),
         (Some(audit), _) => match (audit.fault(), strict) {

@@ -1,69 +1,61 @@
 //! `squeakscope basins`: which attractors coexist, and how many kicks lead to each?
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
-
+use super::document::Document;
+use super::engine;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::report::{self, FileReport, Report, list_files};
+use super::lyapunov_text::title;
+use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, Record, check_times, response_plan, tell, work_through, write_recording, write_tables,
+    Files, check_times, response_plan, work_through, write_recording, write_tables,
 };
-use crate::VERSION;
 use crate::escape;
-use crate::plot::Figure;
-use crate::scene::{DEFAULT_SCENE, Parameter, Scene};
-use crate::study::basins::{Attractor, attractors};
-use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
-
-/// What the rest of the crate does for this command.
-pub(super) struct Tools {
-    /// The figure of coexisting attractors under a title.
-    pub draw: fn(&str, &[SweepPoint], &[Attractor]) -> Figure,
-    /// Records the responses, the seed of the kick as the timeline.
-    pub record: Record,
-}
+use crate::number::fixed;
+use crate::plot::basins_figure;
+use crate::scene::Parameter;
+use crate::study::basins::Basins;
+use crate::study::sweep::{Axis, Start, SweepPlan};
+use crate::table::Table;
 
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
-pub(super) fn basins(args: &BasinsArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn basins(args: &BasinsArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
-    execute(args, &stop, tools)
+    execute(args, &stop)
 }
 
-fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     if let Ok(joint) = plan.scene.joint() {
         report::print_held(joint.held_at_first());
     }
-    let scene = args.scene.as_deref().map(OsStr::new);
+    let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
-    let found = attractors(&points);
-    let joint = plan.scene.joint().ok();
-    let tilt = joint.map(|joint| report::degrees(joint.tilt.at(0.0)));
+    let found = Basins::new(&plan, &points, !done);
+    let title = title(&plan.scene.name, found.tilt);
     if let Some(directory) = &args.outputs.figures {
-        let title = match tilt {
-            Some(tilt) => format!("{} at {tilt} deg", plan.scene.name),
-            None => plan.scene.name.clone(),
-        };
-        let figure = (tools.draw)(&title, &points, &found);
+        let figure = basins_figure(&title, &points, &found.attractors);
         let drawn = (&args.outputs.drawn, &STUDY[..]);
         written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
     }
-    written.extend(write_recording(&plan, &points, &files, tools.record)?);
-    let report = BasinsReport::new(&plan, tilt, &points, &found, !done, written);
-    tell(&report, &args.outputs, &files)?;
+    written.extend(write_recording(&plan, &points, &files, engine::record)?);
+    let document = Document::new(&found, &written).of_scene(&plan.scene.name);
+    match args.outputs.json.as_deref() == Some(Path::new("-")) {
+        true => document.print()?,
+        false => document.deliver(&text(&title, &found), files.json.as_ref())?,
+    }
     if done {
         Ok(())
     } else {
@@ -74,10 +66,8 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cl
 /// The kicks are a sweep over their seeds.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     check_times(&args.response)?;
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.response.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.response.accuracy.apply(scene)?;
     for (name, value) in [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
@@ -96,175 +86,65 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     })
 }
 
-/// Result of `squeakscope basins`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BasinsReport {
-    /// Version of the program.
-    pub version: &'static str,
-    /// Name of the scene.
-    pub scene: String,
-    /// Tilt of the load, degrees; `null` for a scene without a load.
-    pub tilt_deg: Option<f64>,
-    /// Kicks in all.
-    pub kicks: usize,
-    /// Kicks that have been followed.
-    pub followed: usize,
-    /// Kicks whose motion still changed when it was measured, or could not be followed.
-    pub undecided: usize,
-    /// Whether Ctrl-C ended it before its time.
-    pub interrupted: bool,
-    /// The attractors, the commonest first.
-    pub attractors: Vec<AttractorReport>,
-    /// Files written.
-    pub files: Vec<FileReport>,
-}
+/// The text for the terminal.
+fn text(title: &str, found: &Basins) -> String {
+    /// More seeds than these are in the tables.
+    const SHOWN: usize = 8;
 
-/// One attractor.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AttractorReport {
-    /// Kind of motion.
-    pub regime: String,
-    /// Frequency of the strongest line, Hz.
-    pub frequency_hz: Option<f64>,
-    /// Amplitude at the probe, um.
-    pub amplitude_um: f64,
-    /// Its share of the kicks followed, 0 to 1.
-    pub share: f64,
-    /// The share's 95 % interval.
-    pub interval: [f64; 2],
-    /// Seeds of the kicks that led to it.
-    pub seeds: Vec<u64>,
-}
-
-impl BasinsReport {
-    fn new(
-        plan: &SweepPlan,
-        tilt_deg: Option<f64>,
-        points: &[SweepPoint],
-        attractors: &[Attractor],
-        interrupted: bool,
-        files: Vec<FileReport>,
-    ) -> Self {
-        let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
-        let reports = attractors.iter().map(|attractor| AttractorReport {
-            regime: attractor.regime.to_string(),
-            frequency_hz: attractor.frequency,
-            amplitude_um: 1e6 * attractor.amplitude,
-            share: attractor.share,
-            interval: attractor.interval,
-            seeds: attractor
-                .members
-                .iter()
-                .map(|&k| points[k].place.values[0] as u64)
-                .collect(),
-        });
-        Self {
-            version: VERSION,
-            scene: plan.scene.name.clone(),
-            tilt_deg,
-            kicks: plan.len(),
-            followed: points.len(),
-            undecided: points.len() - decided,
-            interrupted,
-            attractors: reports.collect(),
-            files,
-        }
-    }
-}
-
-impl Report for BasinsReport {
-    fn text(&self) -> String {
-        let at = self
-            .tilt_deg
-            .map(|tilt| format!(" at {tilt} deg"))
-            .unwrap_or_default();
-        let mut text = format!(
-            "{}{at}: {} attractors of {} kicks\n",
-            escape::line(&self.scene),
-            self.attractors.len(),
-            self.followed
-        );
-        if self.followed < self.kicks {
-            let _ = writeln!(
-                text,
-                "  {} of {} kicks so far; --resume goes on with the rest",
-                self.followed, self.kicks
-            );
-        }
+    let mut text = format!(
+        "{}: {} attractors of {} kicks\n",
+        escape::line(title),
+        found.attractors.len(),
+        found.followed
+    );
+    if found.followed < found.kicks {
         let _ = writeln!(
             text,
-            "  {:>6}  {:>10}  {:<16}  {:>9}  {:>8}  seeds",
-            "share", "95 %", "motion", "line, Hz", "um"
+            "  {} of {} kicks so far; --resume goes on with the rest",
+            found.followed, found.kicks
         );
-        for attractor in &self.attractors {
-            const SHOWN: usize = 8;
-            let seeds = attractor.seeds.iter().take(SHOWN).map(u64::to_string);
-            let more = if attractor.seeds.len() > SHOWN {
-                ", ..."
-            } else {
-                ""
-            };
-            let [low, high] = attractor.interval.map(|share| 100.0 * share);
-            let _ = writeln!(
-                text,
-                "  {:>4.0} %  {:>10}  {:<16}  {:>9}  {:>8.4}  {}{more}",
-                100.0 * attractor.share,
-                format!("{low:.0} to {high:.0}"),
-                attractor.regime,
-                attractor
-                    .frequency_hz
-                    .map(|hz| format!("{hz:.1}"))
-                    .unwrap_or_default(),
-                attractor.amplitude_um,
-                seeds.collect::<Vec<_>>().join(", ")
-            );
-        }
-        if self.undecided > 0 {
-            let _ = writeln!(
-                text,
-                "  {} kicks undecided: their motion still changed when it was measured, or could not be \
-                 followed; give a longer --most",
-                self.undecided
-            );
-        }
-        list_files(&mut text, &self.files);
-        text
     }
+    let mut table = Table::default().right("share").right("95 %").left("motion");
+    table = table.right("line, Hz").right("um").left("seeds");
+    for attractor in &found.attractors {
+        let seeds = attractor.seeds.iter().take(SHOWN).map(u64::to_string);
+        let more = match attractor.seeds.len() > SHOWN {
+            true => ", ...",
+            false => "",
+        };
+        let [low, high] = attractor.interval.map(|share| 100.0 * share);
+        table.row([
+            format!("{:.0} %", 100.0 * attractor.share),
+            format!("{low:.0} to {high:.0}"),
+            attractor.regime.to_string(),
+            fixed(attractor.frequency, 1),
+            fixed(1e6 * attractor.amplitude, 4),
+            seeds.collect::<Vec<_>>().join(", ") + more,
+        ]);
+    }
+    text += &table.text();
+    if found.undecided > 0 {
+        let _ = writeln!(
+            text,
+            "  {} kicks undecided: their motion still changed when it was measured, or could not be \
+             followed; give a longer --most",
+            found.undecided
+        );
+    }
+    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::error::Cause;
+    use crate::cli::args::{AccuracyArgs, SceneArgs};
     use crate::cli::study_args::{ResponseArgs, SweepOutputs, WorkArgs};
-
-    fn draw(title: &str, _: &[SweepPoint], found: &[Attractor]) -> Figure {
-        Figure::new(
-            "basins",
-            format!("{title}: {}", found.len()),
-            50.0,
-            Vec::new(),
-        )
-    }
-
-    fn record(
-        plan: &SweepPlan,
-        points: &[SweepPoint],
-        _: &str,
-        path: &std::path::Path,
-    ) -> Result<(), Cause> {
-        let parameter = plan.axes[0].parameter().path();
-        Ok(std::fs::write(
-            path,
-            format!("{} over {parameter}", points.len()),
-        )?)
-    }
-
-    const TOOLS: Tools = Tools { draw, record };
 
     fn args(folder: &std::path::Path) -> BasinsArgs {
         BasinsArgs {
-            scene: Some("printed-friction".to_owned()),
+            scene: SceneArgs {
+                scene: Some("printed-friction".to_owned()),
+            },
             tilt: Some(2.5),
             kicks: 3,
             kick: Some(0.02),
@@ -275,7 +155,7 @@ mod tests {
                 measure: 10.0,
                 exponents: 0,
                 tolerance: Some(1e-4),
-                accuracy: None,
+                accuracy: AccuracyArgs::default(),
             },
             work: WorkArgs::default(),
             outputs: SweepOutputs {
@@ -292,10 +172,10 @@ mod tests {
     fn all_kicks_of_the_printed_friction_come_to_rest() {
         let folder = tempfile::tempdir().unwrap();
         let args = args(folder.path());
-        execute(&args, &AtomicBool::new(false), &TOOLS).unwrap();
+        execute(&args, &AtomicBool::new(false)).unwrap();
         let json = std::fs::read(folder.path().join("basins.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
-        assert_eq!(report["tilt_deg"], 2.5);
+        assert_eq!(report["tilt_rad"], 2.5_f64.to_radians());
         assert_eq!(report["undecided"], 0);
         let attractors = report["attractors"].as_array().unwrap();
         assert_eq!(attractors.len(), 1, "{report}");
@@ -303,14 +183,12 @@ mod tests {
         assert_eq!(attractors[0]["share"], 1.0);
         assert_eq!(attractors[0]["seeds"], serde_json::json!([7, 8, 9]));
         let svg = std::fs::read_to_string(folder.path().join("figures/basins.svg")).unwrap();
-        assert!(
-            svg.contains("<title>printed-friction at 2.5 deg: 1</title>"),
-            "{svg}"
-        );
-        let saved = std::fs::read_to_string(folder.path().join("basins.rrd")).unwrap();
-        assert_eq!(saved, "3 over start.seed");
+        assert!(svg.contains("<title>printed-friction at 2.5 deg"), "{svg}");
+        assert_eq!(report["files"].as_array().unwrap().len(), 5);
+        let saved = std::fs::metadata(folder.path().join("basins.rrd")).unwrap();
+        assert!(saved.len() > 0);
         // What is there is not done again, and not lost either.
-        let again = execute(&args, &AtomicBool::new(false), &TOOLS).unwrap_err();
+        let again = execute(&args, &AtomicBool::new(false)).unwrap_err();
         assert_eq!(again.exit_code(), 2);
     }
 
@@ -321,7 +199,7 @@ mod tests {
             tilt: Some(91.0),
             ..args(folder.path())
         };
-        let error = execute(&args, &AtomicBool::new(false), &TOOLS).unwrap_err();
+        let error = execute(&args, &AtomicBool::new(false)).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(!args.outputs.out.exists());
     }

@@ -1,5 +1,6 @@
 //! `squeakscope calibrate`: which set of what the paper leaves open meets most of its claims?
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
@@ -8,14 +9,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use super::document::{Document, WrittenFile};
 use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
-use super::report::{self, FileReport, Report, list_files};
 use super::study_args::CalibrateArgs;
-use crate::VERSION;
 use crate::escape;
 use crate::foreign::open_file;
 use crate::scene::Scene;
@@ -75,16 +75,14 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     // Trials come in any order. In the end they stand by their numbers, so that neither threads nor a stop in
     // between change the log.
     Log::new(&out, &plan.identity(), &by_number(&trials, &known))?;
-    let mut written = vec![FileReport::of(&out)?];
+    let mut written = vec![WrittenFile::of(&out)?];
     if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
         let text = best.candidate.scene(&plan.base)?.text;
         file.write(|out| out.write_all(text.as_bytes()))?;
-        written.push(FileReport::of(file)?);
+        written.push(WrittenFile::of(file)?);
     }
-    report::deliver(
-        &CalibrationReport::new(&plan, &trials, !done, written),
-        json.as_ref(),
-    )?;
+    let found = Found::new(&plan, &trials, !done);
+    Document::new(&found, &written).deliver(&text(&found), json.as_ref())?;
     if done {
         Ok(())
     } else {
@@ -220,132 +218,86 @@ impl Witness for Notes<'_> {
     }
 }
 
-/// Result of `squeakscope calibrate`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CalibrationReport {
-    /// Version of the program.
-    pub version: &'static str,
-    /// Sets tried.
-    pub tried: usize,
-    /// Sets in all.
-    pub in_all: usize,
-    /// Whether Ctrl-C ended it before its time.
-    pub interrupted: bool,
+/// What was found, as JSON has it.
+#[derive(Serialize)]
+struct Found<'a> {
+    /// Sets tried, and sets in all.
+    tried: usize,
+    in_all: usize,
+    interrupted: bool,
     /// The best sets, the best first.
-    pub best: Vec<SetReport>,
+    best: Vec<BestSet<'a>>,
     /// Claims with a weight that no set tried meets, by their names.
-    pub never_met: Vec<String>,
-    /// Files written.
-    pub files: Vec<FileReport>,
+    never_met: Vec<String>,
 }
 
-/// One set.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SetReport {
-    /// Its number.
-    pub number: usize,
-    /// How well the claims hold, by their weights, 0 to 1.
-    pub score: f64,
-    /// How near they are to holding, 0 to 1.
-    pub nearness: f64,
-    /// Its numbers, by their paths, in the units of a scene file.
-    pub numbers: Vec<(String, f64)>,
-    /// Its choices, by their paths.
-    pub words: Vec<(String, String)>,
-    /// Whether each tilt goes on from the one before.
-    pub continued: bool,
-    /// The claims that hold, by their names, and how far, 0 to 1.
-    pub held: Vec<(String, f64)>,
+/// A set with its numbers and choices by their paths, in the units of a scene file.
+#[derive(Serialize)]
+struct BestSet<'a> {
+    #[serde(flatten)]
+    trial: &'a Trial,
+    numbers: Vec<(&'static str, f64)>,
+    words: Vec<(&'static str, &'static str)>,
 }
 
-impl CalibrationReport {
-    fn new(
-        plan: &CalibrationPlan,
-        trials: &[Trial],
-        interrupted: bool,
-        files: Vec<FileReport>,
-    ) -> Self {
-        let best = ranked(trials)
-            .into_iter()
-            .take(SHOWN)
-            .map(|trial| SetReport {
-                number: trial.number,
-                score: trial.score,
-                nearness: trial.nearness,
-                numbers: owned(trial.candidate.numbers()),
-                words: trial
-                    .candidate
-                    .words()
-                    .into_iter()
-                    .map(|(path, word)| (path.to_owned(), word.to_owned()))
-                    .collect(),
-                continued: trial.candidate.continued,
-                held: trial.held.clone(),
-            });
-        let met = |id: &str| {
-            trials
-                .iter()
-                .any(|t| t.held.iter().any(|(held, _)| held == id))
-        };
+impl<'a> Found<'a> {
+    fn new(plan: &CalibrationPlan, trials: &'a [Trial], interrupted: bool) -> Self {
+        let best = ranked(trials).into_iter().take(SHOWN);
+        let best = best.map(|trial| BestSet {
+            trial,
+            numbers: trial.candidate.numbers(),
+            words: trial.candidate.words(),
+        });
+        let held = trials.iter().flat_map(|trial| &trial.held);
+        let met: HashSet<&str> = held.map(|(id, _)| &**id).collect();
         let weighty = claims().into_iter().filter(|claim| claim.weight > 0.0);
-        let never_met = weighty.map(|claim| claim.id).filter(|id| !met(id));
+        let never_met = weighty.map(|claim| claim.id);
         Self {
-            version: VERSION,
             tried: trials.len(),
             in_all: plan.len(),
             interrupted,
             best: best.collect(),
-            never_met: never_met.collect(),
-            files,
+            never_met: never_met.filter(|id| !met.contains(&**id)).collect(),
         }
     }
 }
 
-fn owned(numbers: Vec<(&str, f64)>) -> Vec<(String, f64)> {
-    numbers
-        .into_iter()
-        .map(|(path, value)| (path.to_owned(), value))
-        .collect()
-}
-
-impl Report for CalibrationReport {
-    fn text(&self) -> String {
-        let mut text = format!("{} of {} sets tried\n", self.tried, self.in_all);
-        for set in &self.best {
-            let _ = writeln!(
-                text,
-                "\n  set {}: {:.0} % of the claims hold, by their weights{}",
-                set.number,
-                100.0 * set.score,
-                if set.continued {
-                    ", continued up"
-                } else {
-                    ", each tilt started cold"
-                }
-            );
-            let numbers = set
-                .numbers
-                .iter()
-                .map(|(path, value)| format!("{path} = {value}"));
-            let words = set
-                .words
-                .iter()
-                .map(|(path, word)| format!("{path} = \"{word}\""));
-            let all: Vec<String> = numbers.chain(words).collect();
-            let _ = writeln!(text, "    {}", all.join("\n    "));
-            // From the log, which may be anybody's.
-            let held = set.held.iter().map(|(id, share)| match escape::line(id) {
-                id if *share >= 1.0 => id.into_owned(),
-                id => format!("{id} ({:.0} %)", 100.0 * share),
-            });
-            let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
+/// The text for the terminal.
+fn text(found: &Found<'_>) -> String {
+    let mut text = format!("{} of {} sets tried\n", found.tried, found.in_all);
+    for set in &found.best {
+        let trial = set.trial;
+        let _ = writeln!(
+            text,
+            "\n  set {}: {:.0} % of the claims hold, by their weights{}",
+            trial.number,
+            100.0 * trial.score,
+            match trial.candidate.continued {
+                true => ", continued up",
+                false => ", each tilt started cold",
+            }
+        );
+        for (path, value) in &set.numbers {
+            let _ = writeln!(text, "    {path} = {value}");
         }
-        if !self.never_met.is_empty() {
-            let _ = writeln!(text, "\n  no set tried meets {}", self.never_met.join(", "));
+        for (path, word) in &set.words {
+            let _ = writeln!(text, "    {path} = \"{word}\"");
         }
-        list_files(&mut text, &self.files);
-        text
+        // From the log, which may be anybody's.
+        let held = trial.held.iter().map(|(id, share)| match escape::line(id) {
+            id if *share >= 1.0 => id.into_owned(),
+            id => format!("{id} ({:.0} %)", 100.0 * share),
+        });
+        let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
     }
+    if !found.never_met.is_empty() {
+        let _ = writeln!(
+            text,
+            "\n  no set tried meets {}",
+            found.never_met.join(", ")
+        );
+    }
+    text
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! `squeakscope cost`: what does accuracy cost in this scene, and which setting is the cheapest?
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -17,7 +16,6 @@ use super::report::{self, FileReport};
 use super::run::command_line;
 use super::study_args::CostArgs;
 use crate::plot::Figure;
-use crate::scene::{DEFAULT_SCENE, Scene};
 use crate::study::Watch;
 use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, advice};
 
@@ -45,17 +43,16 @@ pub(super) fn run(args: &CostArgs, tools: &Tools) -> Result<(), CliError> {
 }
 
 fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
-    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    let scene = args.scene.load()?;
     let mut plan = CostPlan::new(scene.clone());
     if !args.only.is_empty() {
-        for knob in args.only.iter().map(|knob| Knob::from(*knob)) {
-            if !plan.knobs.contains(&knob) {
+        for knob in &args.only {
+            if !plan.knobs.contains(knob) {
                 // A scene without ball and beam has no such knob: the same words as everywhere.
                 scene.ball_on_beam()?;
             }
         }
-        plan.knobs
-            .retain(|knob| args.only.iter().any(|only| Knob::from(*only) == *knob));
+        plan.knobs.retain(|knob| args.only.contains(knob));
     }
     plan.repeats = args.repeats.into();
     if let Some(horizon) = args.horizon {
@@ -64,7 +61,7 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
         return Err(CliError::NoAdvice);
     }
-    let own = args.scene.as_deref().map(OsStr::new);
+    let own = args.scene.input();
     let [page, write, json] = check_all(
         own,
         [
@@ -180,6 +177,8 @@ fn table(sets: &[CostSet]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::args::SceneArgs;
+    use crate::scene::Scene;
     use crate::study::cost::CostPoint;
 
     fn point(seconds: f64, error: Result<f64, String>) -> CostPoint {
@@ -241,7 +240,9 @@ mod tests {
 
     fn args(folder: &std::path::Path) -> CostArgs {
         CostArgs {
-            scene: Some("torus-3deg".to_owned()),
+            scene: SceneArgs {
+                scene: Some("torus-3deg".to_owned()),
+            },
             only: Vec::new(),
             repeats: 1,
             horizon: Some(2.0),
@@ -307,8 +308,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let go = AtomicBool::new(false);
         let small = CostArgs {
-            scene: Some("impact-oscillator".to_owned()),
-            only: vec![super::super::study_args::OneKnob::Nodes],
+            scene: SceneArgs {
+                scene: Some("impact-oscillator".to_owned()),
+            },
+            only: vec![Knob::Nodes],
             ..args(folder.path())
         };
         assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);

@@ -12,19 +12,16 @@ use super::interrupt;
 use super::output::OutputFile;
 use super::progress::Progress;
 use super::report::{self, Report};
-use crate::VERSION;
-use crate::escape;
+use crate::pipeline::{Monitor, drive, source};
+use crate::record::{Output, RerunSink};
 use crate::scene::Scene;
 use crate::study::Watch;
 use crate::study::effects::Effects;
+use crate::{VERSION, escape, study};
 
 const NAME: Style = Style::new().bold();
 const ON: Style = AnsiColor::Green.on_default();
 const OFF: Style = Style::new().dimmed();
-
-/// Measures the effects of a scene.
-pub(super) type Measure =
-    fn(&Scene, &Arc<AtomicBool>, Watch<'_, f64>) -> Result<Option<Effects>, Cause>;
 
 /// Measures, and tells.
 ///
@@ -34,7 +31,6 @@ pub(super) fn effects(
     scene: &Scene,
     json: Option<&OutputFile>,
     stop: &Arc<AtomicBool>,
-    measure: Measure,
 ) -> Result<(), CliError> {
     let progress = Progress::of_estimate();
     let found = measure(scene, stop, &mut |share| {
@@ -50,6 +46,35 @@ pub(super) fn effects(
         None => Err(CliError::NothingYet),
         Some(found) => Ok(report::deliver(&EffectsReport::new(scene, found), json)?),
     }
+}
+
+/// Measures the effects of a scene.
+fn measure(
+    scene: &Scene,
+    stop: &Arc<AtomicBool>,
+    watch: Watch<'_, f64>,
+) -> Result<Option<Effects>, Cause> {
+    // Made when measuring has begun: before that, a signal ends the program as it is.
+    let mut folder = None;
+    let record = &mut |scene: &Scene| {
+        let folder: &tempfile::TempDir = match &folder {
+            Some(folder) => folder,
+            None => folder.insert(tempfile::tempdir()?),
+        };
+        let output = Output {
+            save: Some(folder.path().join("effects.rrd")),
+            ..Output::default()
+        };
+        let header = source(scene)?;
+        let mut sink = RerunSink::new(&output, scene.record)?;
+        let monitor = Monitor {
+            stop,
+            ..Monitor::default()
+        };
+        drive(header, "", &mut sink, monitor)?;
+        Ok(())
+    };
+    study::effects::effects(scene, record, stop, watch)
 }
 
 /// Result of `squeakscope scenes --effects`.

@@ -1,6 +1,5 @@
 //! `squeakscope live`: a run that goes on until told to stop, and is steered meanwhile.
 
-use std::ffi::OsStr;
 use std::io::{IsTerminal, stderr, stdin, stdout};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use super::args::changed;
 use super::audit;
 use super::engine;
 use super::error::CliError;
@@ -22,7 +22,7 @@ use crate::live::{Bands, PACES, Page, Plan, Running, SavedFile, Session, Watcher
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
 use crate::record::{Output, RERUN_VERSION};
-use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::scene::Scene;
 
 /// The table that `sweep` writes unless told otherwise.
 const LAST_SWEEP: &str = "sweep.arrow";
@@ -179,13 +179,9 @@ fn start(session: &Arc<Session>, keys: bool) -> Result<Running, CliError> {
 
 /// The scene asked for, with what the command line changes of it.
 fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
-    if let Some(tilt) = args.tilt {
-        scene = scene.with_tilt(tilt)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.accuracy.apply(scene)?;
+    scene = changed(scene, args.tilt, Scene::with_tilt)?;
     Ok(scene)
 }
 
@@ -199,7 +195,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         });
     }
     let [save, wav] = check_all(
-        args.scene.as_deref().map(OsStr::new),
+        args.scene.input(),
         [
             ("--save", args.save.as_deref()),
             ("--wav", args.heard.wav.as_deref()),

@@ -5,23 +5,22 @@ use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
-use super::args::{DEFAULT_URL, positive, viewer_url};
+use super::args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
 use super::sound_args::SoundArgs;
 
 /// Arguments of `squeakscope live`.
 #[derive(Debug, Arguments)]
 pub struct LiveArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Begin at this tilt of the load, -90 to 90 degrees, and stay there until told otherwise.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub tilt: Option<f64>,
     /// Begin at this pace, 0.01 to 1000 simulated ms a second; 1000 is real time.
     #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive, allow_negative_numbers = true)]
     pub pace: f64,
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
-    pub accuracy: Option<f64>,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     /// Leave out exponents and second copy of the scene, which cost most: for real time.
     #[arg(long)]
     pub no_neighbours: bool,

@@ -1,36 +1,72 @@
 //! `squeakscope lyapunov`: does the motion repeat, drift on a torus, or forget itself, and how fast?
 
 use std::error::Error;
-use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::args::LyapunovArgs;
+use serde::Serialize;
+
+use super::args::{LyapunovArgs, changed};
+use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
-use super::figures::{PIXELS, write_figure, write_figures};
+use super::exponents::Reading;
+use super::figures::{FigureArgs, PIXELS, write_figure, write_figures};
 use super::interrupt;
-use super::lyapunov_report::{LyapunovReport, csv, in_brief};
+use super::lyapunov_text::{csv, text, title, words};
 use super::output::{
     OutputError, OutputFile, check_all, check_apart, check_beside, check_directory,
 };
 use super::progress::Progress;
-use super::report::{self, FileReport};
+use super::report;
 use crate::dynamics::DynamicsError;
-use crate::plot::{Figure, Format};
-use crate::scene::{DEFAULT_SCENE, Scene};
-use crate::study::Watch;
+use crate::number::uncertain;
+use crate::plot::{Format, lyapunov_figure};
+use crate::scene::Scene;
 use crate::study::lyapunov::{
-    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov,
+    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, scene_lyapunov,
 };
 
-/// What the rest of the crate does for this command.
-pub(super) struct Tools {
-    /// Averages the exponents of a scene.
-    pub follow:
-        fn(&Scene, &LyapunovRequest, Watch<'_, LyapunovProgress>) -> Result<SceneLyapunov, Cause>,
-    /// Their figure, under a name.
-    pub draw: fn(&str, &SceneLyapunov) -> Figure,
+/// What was found, and what it comes to.
+#[derive(Debug, Serialize)]
+pub(super) struct Found<'a> {
+    goal: &'static str,
+    goal_reached: bool,
+    interrupted: bool,
+    #[serde(flatten)]
+    pub reading: Reading,
+    /// Sum of all exponents; none where not all are followed.
+    pub sum_per_s: Option<f64>,
+    /// Numbers, from 1, of exponents well below the next one: the tangent vectors have not settled.
+    unsettled: Vec<usize>,
+    /// Simulated seconds a second; none where nothing was followed.
+    pub real_time_factor: Option<f64>,
+    #[serde(flatten)]
+    pub found: &'a SceneLyapunov,
+}
+
+impl<'a> Found<'a> {
+    fn new(goal: Goal, found: &'a SceneLyapunov) -> Self {
+        let study = &found.study;
+        let attractor = study.attractor();
+        Self {
+            goal: match goal {
+                Goal::Time(_) => "time",
+                Goal::HalfWidth(_) => "half_width",
+                Goal::Verdict => "verdict",
+            },
+            goal_reached: study.ending == Ending::Reached,
+            interrupted: study.ending == Ending::Stopped,
+            reading: Reading {
+                words: words(study),
+                ..Reading::new(&study.spectrum, study.motion, attractor, found.omega_1)
+            },
+            sum_per_s: study.sum(),
+            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
+            real_time_factor: (study.followed > 0.0).then(|| study.followed / study.busy_seconds),
+            found,
+        }
+    }
 }
 
 /// Runs the command.
@@ -38,45 +74,48 @@ pub(super) struct Tools {
 /// # Errors
 /// Bad input before any work; a fault while running or drawing; Ctrl-C, after the results are
 /// written.
-pub(super) fn lyapunov(args: &LyapunovArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn lyapunov(args: &LyapunovArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
-    execute(args, &stop, tools)
+    execute(args, &stop)
 }
 
-fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
-    let terminal = Some(Path::new("-"));
-    let json_shown = args.json.as_deref() == terminal;
-    let csv_shown = args.csv.as_deref() == terminal;
-    if json_shown && csv_shown {
-        let (option, other) = ("--csv", "--json");
-        let path = PathBuf::from("-");
-        return Err(OutputError::Twice {
-            path,
-            option,
-            other,
-        }
-        .into());
+    let outputs = Outputs::check(args)?;
+    let request = request(args);
+    let progress = Progress::of_estimate();
+    let found = scene_lyapunov(&scene, &request, &mut |at| {
+        progress.tell(at.share, progress_words(&at));
+        // Until the transient is over, nothing is known.
+        at.phase == Phase::Transient && !stop.load(Ordering::Relaxed) || interrupt::goes_on(stop)
+    });
+    // The bar goes before anything else is printed.
+    drop(progress);
+    let found = found.map_err(|fault| failure(fault.into()))?;
+
+    let mut files = Vec::new();
+    // What is found is told even where a file cannot be written.
+    let written = outputs.write(&scene.name, &found, &args.drawn, &mut files);
+    let result = Found::new(request.goal, &found);
+    let document = Document::new(&result, &files).of_scene(&scene.name);
+    if is_printed(&args.json) {
+        document.print()?;
+    } else if is_printed(&args.csv) {
+        report::print(&csv(&found.study.running))?;
+        document.write(outputs.json.as_ref())?;
+    } else {
+        document.deliver(&text(&scene.name, &result), outputs.json.as_ref())?;
     }
-    let path = args.figures.as_deref();
-    // A file says its format; all else is a directory.
-    let one = path.and_then(|path| Some((path, Format::of(path)?)));
-    let one = one.filter(|(path, _)| !path.is_dir());
-    let directory = path.filter(|_| one.is_none());
-    let [json, csv_file, picture] = check_all(
-        args.scene.as_deref().map(OsStr::new),
-        [
-            ("--json", args.json.as_deref().filter(|_| !json_shown)),
-            ("--csv", args.csv.as_deref().filter(|_| !csv_shown)),
-            ("--figures", one.map(|(path, _)| path)),
-        ],
-    )?;
-    if let Some(directory) = directory {
-        let others = [("--json", json.as_ref()), ("--csv", csv_file.as_ref())];
-        check_figures(directory, &args.drawn.names(["lyapunov"], &PIXELS), &others)?;
+    written?;
+    match found.study.ending {
+        Ending::Stopped => Err(CliError::Interrupted),
+        Ending::Reached | Ending::OutOfTime => Ok(()),
     }
-    let request = LyapunovRequest {
+}
+
+fn request(args: &LyapunovArgs) -> LyapunovRequest {
+    LyapunovRequest {
         count: args.exponents.unwrap_or(Count::All),
         settle: args.settle.map(|ms| 1e-3 * ms),
         goal: match (args.until, args.error) {
@@ -85,55 +124,92 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), 
             (None, None) => Goal::Verdict,
         },
         tolerance: args.tolerance,
-    };
-    let progress = Progress::of_estimate();
-    let found = (tools.follow)(&scene, &request, &mut |at| {
-        progress.tell(at.share, words(&at));
-        // Until the transient is over, nothing is known.
-        at.phase == Phase::Transient && !stop.load(Ordering::Relaxed) || interrupt::goes_on(stop)
-    });
-    // The bar goes before anything else is printed.
-    drop(progress);
-    let failed = |doing| move |source| CliError::Run { doing, source };
-    let found = found.map_err(|source| match too_many(source.as_ref()) {
-        Some(refused) => refused,
-        None => failed("averaging of exponents")(source),
-    })?;
+    }
+}
 
-    let mut files = Vec::new();
-    // What is found is told even where a file cannot be written.
-    let mut write_all = || -> Result<(), CliError> {
-        if let Some(file) = &csv_file {
-            file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
-            files.push(FileReport::of(file)?);
+/// Whether a result is printed in place of the table.
+fn is_printed(path: &Option<PathBuf>) -> bool {
+    path.as_deref() == Some(Path::new("-"))
+}
+
+/// The files asked for, checked before any work.
+struct Outputs {
+    json: Option<OutputFile>,
+    csv: Option<OutputFile>,
+    /// A file for the figure, whose ending says the format.
+    picture: Option<(OutputFile, Format)>,
+    /// A directory for the figure.
+    directory: Option<PathBuf>,
+}
+
+impl Outputs {
+    fn check(args: &LyapunovArgs) -> Result<Self, CliError> {
+        let file = |path: &'_ Option<PathBuf>| path.clone().filter(|_| !is_printed(path));
+        if is_printed(&args.json) && is_printed(&args.csv) {
+            return Err(CliError::Output(OutputError::Twice {
+                path: PathBuf::from("-"),
+                option: "--csv",
+                other: "--json",
+            }));
         }
-        let name = LyapunovReport::title(&scene.name, found.tilt);
-        if let (Some(file), Some((_, format))) = (&picture, one) {
-            let figure = (tools.draw)(&name, &found);
-            files.push(write_figure(file, &figure, &args.drawn, format)?);
-        }
+        let path = args.figures.as_deref();
+        // A file says its format; all else is a directory.
+        let one = path.and_then(|path| Some((path, Format::of(path)?)));
+        let one = one.filter(|(path, _)| !path.is_dir());
+        let directory = path.filter(|_| one.is_none());
+        let [json, csv, picture] = check_all(
+            args.scene.input(),
+            [
+                ("--json", file(&args.json).as_deref()),
+                ("--csv", file(&args.csv).as_deref()),
+                ("--figures", one.map(|(path, _)| path)),
+            ],
+        )?;
         if let Some(directory) = directory {
-            let figure = (tools.draw)(&name, &found);
-            let drawn = (&args.drawn, &PIXELS[..]);
-            files.extend(write_figures(directory, "--figures", &[figure], drawn)?);
+            let names = args.drawn.names(["lyapunov"], &PIXELS);
+            let others = [("--json", json.as_ref()), ("--csv", csv.as_ref())];
+            check_directory(directory, "--figures", &names)?;
+            check_apart(directory, "--figures", &others)?;
+            check_beside(directory, "--figures", &names, &others)?;
+        }
+        Ok(Self {
+            json,
+            csv,
+            picture: picture.zip(one.map(|(_, format)| format)),
+            directory: directory.map(Path::to_owned),
+        })
+    }
+
+    /// Writes running values and figure; `files` are those that there are then.
+    fn write(
+        &self,
+        scene: &str,
+        found: &SceneLyapunov,
+        drawn: &FigureArgs,
+        files: &mut Vec<WrittenFile>,
+    ) -> Result<(), CliError> {
+        if let Some(file) = &self.csv {
+            file.write(|out| out.write_all(csv(&found.study.running).as_bytes()))?;
+            files.push(WrittenFile::of(file)?);
+        }
+        let figure = || lyapunov_figure(&title(scene, found.tilt), found);
+        if let Some((file, format)) = &self.picture {
+            files.push(write_figure(file, &figure(), drawn, *format)?);
+        }
+        if let Some(directory) = &self.directory {
+            let drawn = (drawn, &PIXELS[..]);
+            files.extend(write_figures(directory, "--figures", &[figure()], drawn)?);
         }
         Ok(())
-    };
-    let written = write_all();
-    let report = LyapunovReport::new(&scene.name, &request, &found, files);
-    if json_shown {
-        report::print_json(&report)?;
-    } else if csv_shown {
-        report::print(&csv(&found.study.running))?;
-        report::write_json(&report, json.as_ref())?;
-    } else {
-        report::deliver(&report, json.as_ref())?;
     }
-    written?;
-    match found.study.ending {
-        Ending::Stopped => Err(CliError::Interrupted),
-        Ending::Reached | Ending::OutOfTime => Ok(()),
-    }
+}
+
+/// The error of a study: that more exponents were asked for than there are is bad input.
+fn failure(source: Cause) -> CliError {
+    too_many(source.as_ref()).unwrap_or(CliError::Run {
+        doing: "averaging of exponents",
+        source,
+    })
 }
 
 /// Whether more exponents were asked for than there are, among the causes of a fault.
@@ -148,45 +224,26 @@ fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
 
 /// The scene asked for, with what the command line changes of it.
 fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
-    if let Some(tilt) = args.tilt {
-        scene = scene.with_tilt(tilt)?;
-    }
-    if let Some(duration) = args.duration {
-        scene = scene.with_duration(duration)?;
-    }
-    if let Some(tolerance) = args.tolerance {
-        scene = scene.with_tolerance(tolerance)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.accuracy.apply(scene)?;
+    scene = changed(scene, args.tilt, Scene::with_tilt)?;
+    scene = changed(scene, args.duration, Scene::with_duration)?;
+    scene = changed(scene, args.tolerance, Scene::with_tolerance)?;
     if let Some(seed) = args.seed {
         scene = scene.with_seed(seed);
     }
     Ok(scene.without_analyses())
 }
 
-/// Checks a directory for figures, which need not be there yet, and the files that will be in it.
-fn check_figures(
-    directory: &Path,
-    names: &[String],
-    others: &[(&'static str, Option<&OutputFile>)],
-) -> Result<(), CliError> {
-    check_directory(directory, "--figures", names)?;
-    check_apart(directory, "--figures", others)?;
-    check_beside(directory, "--figures", names, others)?;
-    Ok(())
-}
-
 /// What the progress bar says.
-fn words(at: &LyapunovProgress) -> String {
+fn progress_words(at: &LyapunovProgress) -> String {
     match (at.phase, at.largest) {
         (Phase::Transient, _) => "the scene runs".to_owned(),
         (Phase::Settling, _) => "the tangent vectors settle".to_owned(),
         (Phase::Averaging, None) => "averaging".to_owned(),
         (Phase::Averaging, Some(largest)) => {
-            format!("averaging, the largest is {} 1/s", in_brief(largest))
+            let largest = uncertain(largest.value, largest.half_width);
+            format!("averaging, the largest is {largest} 1/s")
         }
     }
 }

@@ -1,10 +1,9 @@
-//! The command with a study that is made by hand.
+//! The command with a small system, and what is said of studies that are made by hand.
 
 use super::*;
+use crate::cli::args::SceneArgs;
 use crate::cli::figures::FigureArgs;
-use crate::cli::report::Report;
-use crate::dynamics::{DynamicsError, Exponent, LyapunovSpectrum, Motion, Tally};
-use crate::pipeline::PipelineError;
+use crate::dynamics::{Exponent, LyapunovSpectrum, Motion, Tally};
 use crate::study::lyapunov::{LyapunovStudy, RunningExponents};
 
 struct Desk {
@@ -26,7 +25,9 @@ impl Desk {
 
     fn args(&self) -> LyapunovArgs {
         LyapunovArgs {
-            scene: Some("chaos-5deg".to_owned()),
+            scene: SceneArgs {
+                scene: Some("impact-oscillator".to_owned()),
+            },
             json: Some(self.path("out.json")),
             ..LyapunovArgs::default()
         }
@@ -38,78 +39,14 @@ impl Desk {
     }
 }
 
-/// Stands for a study: two exponents of 22, the second not known, and a stop that is heeded.
-fn pretend(
-    scene: &Scene,
-    request: &LyapunovRequest,
-    watch: Watch<'_, LyapunovProgress>,
-) -> Result<SceneLyapunov, Cause> {
-    let largest = Exponent {
-        value: 60.0,
-        half_width: 1.25,
-    };
-    let unknown = Exponent {
-        value: f64::NEG_INFINITY,
-        half_width: f64::INFINITY,
-    };
-    let goes_on = watch(LyapunovProgress {
-        phase: Phase::Averaging,
-        share: 0.5,
-        largest: Some(largest),
-    });
-    let exponents = vec![largest, unknown];
-    let time = match request.goal {
-        Goal::Time(time) => time,
-        Goal::HalfWidth(_) | Goal::Verdict => 2.0,
-    };
-    let spectrum = LyapunovSpectrum {
-        exponents: exponents.clone(),
-        time,
-        dimension: 22,
-        resolution: 1.0,
-        ..LyapunovSpectrum::default()
-    };
-    Ok(SceneLyapunov {
-        study: LyapunovStudy {
-            spectrum,
-            motion: Motion::Free,
-            running: vec![RunningExponents { time, exponents }],
-            mean_trace: None,
-            ending: if goes_on {
-                Ending::Reached
-            } else {
-                Ending::Stopped
-            },
-            settled: request.settle.unwrap_or(0.0),
-            tally: Tally {
-                steps: 1000,
-                overrun: 7,
-                ..Tally::default()
-            },
-            followed: time,
-            busy_seconds: 1.0,
-        },
-        tilt: scene.joint().ok().map(|joint| joint.tilt.at(1.0)),
-        held: Default::default(),
-        transient: scene.duration,
-        tolerance: request.tolerance.or(Some(1e-5)),
-        omega_1: 10_000.0,
-    })
-}
-
-const TOOLS: Tools = Tools {
-    follow: pretend,
-    draw: |name, _| Figure::new("lyapunov", name, 60.0, Vec::new()),
-};
-
 #[test]
 fn every_number_is_written() {
     let desk = Desk::new();
     let args = LyapunovArgs {
-        tilt: Some(6.0),
         duration: Some(120.0),
         settle: Some(30.0),
         until: Some(1.5),
+        tolerance: Some(1e-7),
         csv: Some(desk.path("running.csv")),
         figures: Some(desk.path("figures")),
         drawn: FigureArgs {
@@ -118,29 +55,61 @@ fn every_number_is_written() {
         },
         ..desk.args()
     };
-    execute(&args, &desk.stop, &TOOLS).expect("done");
+    execute(&args, &desk.stop).expect("done");
     let json = desk.json();
-    assert_eq!(json["tilt_deg"], 6.0);
+    assert_eq!(json["scene"], "impact-oscillator");
+    assert_eq!(json["tilt_rad"], serde_json::Value::Null);
     assert_eq!(json["transient_s"], 0.12);
-    assert_eq!(json["settle_s"], 0.03);
-    assert_eq!(json["averaged_s"], 1.5);
-    assert_eq!(json["exponents"][0]["value_per_s"], 60.0);
-    assert_eq!(json["exponents"][0]["value_over_omega_1"], 6e-3);
-    assert_eq!(json["exponents"][0]["sign"], "positive");
-    assert_eq!(json["overrun"], 7);
-    assert_eq!(json["tolerance"], 1e-5);
-    assert_eq!(json["exponents"][1]["value_per_s"], serde_json::Value::Null);
+    let time = |name: &str| json[name].as_f64().expect("a number");
+    assert!((time("settle_s") - 0.03).abs() < 1e-3);
+    assert!((time("averaged_s") - 1.5).abs() < 1e-3);
+    let exponents = json["exponents_per_s"].as_array().expect("a list");
+    assert_eq!(json["dimension"], exponents.len());
+    assert_eq!(
+        json["signs"].as_array().expect("a list").len(),
+        exponents.len()
+    );
+    let scaled = time("omega_1_rad_per_s")
+        * json["exponents_over_omega_1"][0]["value"]
+            .as_f64()
+            .expect("a number");
+    let first = exponents[0]["value"].as_f64().expect("a number");
+    assert!((scaled - first).abs() <= 1e-12 * first.abs());
+    assert_eq!(json["tolerance"], 1e-7);
+    assert_eq!(json["goal"], "time");
+    assert_eq!(json["goal_reached"], true);
+    let running = json["running"].as_array().expect("a list");
+    let last = &running[running.len() - 1];
+    assert_eq!(last["exponents_per_s"], json["exponents_per_s"]);
     let csv = std::fs::read_to_string(desk.path("running.csv")).expect("written");
     assert!(csv.starts_with("time_s,exponent_1_per_s,half_width_1_per_s,exponent_2_per_s"));
-    assert!(csv.contains("\n1.5,60,1.25,-inf,inf\n"), "{csv}");
+    assert_eq!(csv.lines().count(), running.len() + 1);
     let drawn = std::fs::read_to_string(desk.path("figures/lyapunov.svg")).expect("drawn");
     assert!(
-        drawn.contains("<title>chaos-5deg at 6 deg</title>"),
+        drawn.contains("<title>impact-oscillator</title>"),
         "{drawn}"
     );
     let drawn = std::fs::read(desk.path("figures/lyapunov.png")).expect("drawn");
     assert!(drawn.starts_with(b"\x89PNG"));
     assert_eq!(json["files"].as_array().expect("a list").len(), 3);
+}
+
+#[test]
+fn what_collapses_or_is_not_known_is_written_as_such() {
+    let running = [RunningExponents {
+        time: 1.5,
+        exponents: exponents(&[(60.0, 1.25), (f64::NEG_INFINITY, f64::INFINITY)]),
+    }];
+    assert!(csv(&running).contains("\n1.5,60,1.25,-inf,inf\n"));
+    let mut found = study(&[60.0, f64::NEG_INFINITY], None, None);
+    found.tilt = Some(0.1);
+    let json = serde_json::to_value(Found::new(Goal::Verdict, &found)).expect("JSON");
+    assert_eq!(json["tilt_rad"], 0.1);
+    assert_eq!(json["exponents_per_s"][0]["value"], 60.0);
+    assert_eq!(json["exponents_over_omega_1"][0]["value"], 6e-3);
+    assert_eq!(json["signs"][0], "positive");
+    assert_eq!(json["overrun"], 7);
+    assert!(json["exponents_per_s"][1]["value"].is_null());
 }
 
 #[test]
@@ -151,45 +120,72 @@ fn an_interrupted_study_keeps_its_results() {
         figures: Some(desk.path("mine.png")),
         ..desk.args()
     };
-    let error = execute(&args, &desk.stop, &TOOLS).expect_err("interrupted");
+    let error = execute(&args, &desk.stop).expect_err("interrupted");
     assert_eq!(error.exit_code(), 130);
     assert_eq!(desk.json()["interrupted"], true);
     assert_eq!(desk.json()["goal_reached"], false);
     assert!(desk.path("mine.png").is_file());
 }
 
-/// A study in which all exponents were followed at a tolerance, with a mean trace.
-fn balanced(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> LyapunovReport {
-    let request = LyapunovRequest {
-        count: Count::All,
-        settle: None,
-        goal: Goal::Time(2.0),
+fn exponents(values: &[(f64, f64)]) -> Vec<Exponent> {
+    let values = values.iter();
+    values
+        .map(|&(value, half_width)| Exponent { value, half_width })
+        .collect()
+}
+
+/// A study of 2 s in 1000 steps, 7 of which ran over events; with a trace, of all exponents.
+fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLyapunov {
+    let dimension = if trace.is_some() { values.len() } else { 22 };
+    let values: Vec<_> = values.iter().map(|&value| (value, 0.1)).collect();
+    let spectrum = LyapunovSpectrum {
+        exponents: exponents(&values),
+        time: 2.0,
+        dimension,
+        resolution: 1.0,
+        kaplan_yorke: None,
+    };
+    SceneLyapunov {
+        study: LyapunovStudy {
+            spectrum,
+            motion: Motion::Free,
+            mean_trace: trace,
+            ending: Ending::Reached,
+            tally: Tally {
+                steps: 1000,
+                overrun: 7,
+                ..Tally::default()
+            },
+            followed: 2.0,
+            busy_seconds: 1.0,
+            ..LyapunovStudy::stopped(dimension)
+        },
+        tilt: None,
+        held: Default::default(),
+        transient: 0.12,
         tolerance,
-    };
-    let scene = Scene::load("chaos-5deg").expect("preset");
-    let mut found = pretend(&scene, &request, &mut |_| true).expect("pretended");
-    let one = |&value: &f64| Exponent {
-        value,
-        half_width: 0.1,
-    };
-    found.study.spectrum.exponents = values.iter().map(one).collect();
-    found.study.spectrum.dimension = if trace.is_some() { values.len() } else { 22 };
-    found.study.mean_trace = trace;
-    LyapunovReport::new("made", &request, &found, Vec::new())
+        omega_1: 10_000.0,
+    }
+}
+
+/// What is said of such a study.
+fn said(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> String {
+    let found = study(values, trace, tolerance);
+    text("made", &Found::new(Goal::Time(2.0), &found))
 }
 
 #[test]
 fn steps_too_long_for_the_contractions_are_told() {
     // Conservative motion has a trace of zero.
-    let still = balanced(&[3.0, 0.0, -3.0], Some(0.0), None).text();
+    let still = said(&[3.0, 0.0, -3.0], Some(0.0), Some(1e-5));
     assert!(!still.contains("too long"), "{still}");
-    let off = balanced(&[3.0, 0.0, -30.0], Some(-30.0), Some(1e-9)).text();
+    let off = said(&[3.0, 0.0, -30.0], Some(-30.0), Some(1e-9));
     assert!(off.contains("differ by 9.1 %"), "{off}");
     assert!(off.contains("give --tolerance 1e-11"), "{off}");
     // A step takes 2 ms here: the last one shrinks by e^0.6, or e^2.
-    let fine = balanced(&[3.0, -300.0], None, None).text();
+    let fine = said(&[3.0, -300.0], None, Some(1e-5));
     assert!(!fine.contains("resolved"), "{fine}");
-    let coarse = balanced(&[3.0, -1000.0], None, None).text();
+    let coarse = said(&[3.0, -1000.0], None, Some(1e-5));
     assert!(
         coarse.contains("shrinks by e^2.0 in a mean step; give --tolerance 5e-8"),
         "{coarse}"
@@ -203,23 +199,26 @@ fn steps_too_long_for_the_contractions_are_told() {
 #[test]
 fn vectors_that_have_not_settled_are_told() {
     // The half widths are 0.1.
-    let report = balanced(&[-7.0, -12.7, -6.3, -6.2], None, None);
-    assert_eq!(report.unsettled, [2]);
-    assert!(
-        report
-            .text()
-            .contains("have not settled (the order of exponents 2)")
-    );
-    assert!(balanced(&[3.0, 0.0, -3.0], None, None).unsettled.is_empty());
+    let found = study(&[-7.0, -12.7, -6.3, -6.2], None, Some(1e-5));
+    let result = Found::new(Goal::Verdict, &found);
+    assert_eq!(result.unsettled, [2]);
+    assert!(text("made", &result).contains("have not settled (the order of exponents 2)"));
+    let found = study(&[3.0, 0.0, -3.0], None, Some(1e-5));
+    assert!(Found::new(Goal::Verdict, &found).unsettled.is_empty());
 }
 
 #[test]
 fn a_study_without_exponents_has_no_numbers() {
-    let empty = balanced(&[], None, None);
-    let json = serde_json::to_value(&empty).expect("JSON");
+    let found = SceneLyapunov {
+        study: LyapunovStudy::stopped(22),
+        ..study(&[], None, Some(1e-5))
+    };
+    let result = Found::new(Goal::Verdict, &found);
+    let json = serde_json::to_value(&result).expect("JSON");
     assert!(json["resolution_per_s"].is_null() && json["kaplan_yorke"].is_null());
     assert_eq!(json["attractor"], "undecided");
-    let text = empty.text();
+    assert_eq!(result.reading.words, "undecided: no growth was averaged");
+    let text = text("made", &result);
     assert!(
         !text.contains("NaN") && !text.contains("nearer to zero"),
         "{text}"
@@ -228,42 +227,13 @@ fn a_study_without_exponents_has_no_numbers() {
 
 #[test]
 fn the_words_fit_what_there_is() {
-    let found = balanced(&[], None, None);
-    assert_eq!(found.words, "undecided: no growth was averaged");
     let told = |values: &[f64], dimension, motion| {
-        let study = LyapunovStudy {
-            spectrum: LyapunovSpectrum {
-                exponents: values
-                    .iter()
-                    .map(|&value| Exponent {
-                        value,
-                        half_width: 0.1,
-                    })
-                    .collect(),
-                time: 10.0,
-                dimension,
-                resolution: 0.5,
-                kaplan_yorke: None,
-            },
-            motion,
-            ..LyapunovStudy::stopped(dimension)
-        };
-        let scene = SceneLyapunov {
-            study,
-            tilt: None,
-            held: Default::default(),
-            transient: 0.0,
-            tolerance: None,
-            omega_1: 1.0,
-        };
-        let request = LyapunovRequest {
-            count: Count::All,
-            settle: None,
-            goal: Goal::Verdict,
-            tolerance: None,
-        };
-        let report = LyapunovReport::new("made", &request, &scene, Vec::new());
-        (report.attractor, report.words)
+        let mut found = study(values, None, None);
+        let spectrum = &mut found.study.spectrum;
+        (spectrum.time, spectrum.dimension, spectrum.resolution) = (10.0, dimension, 0.5);
+        found.study.motion = motion;
+        let reading = Found::new(Goal::Verdict, &found).reading;
+        (reading.attractor, reading.words)
     };
     let check = |values: &[f64], dimension, motion, name: &str, said: &str| {
         let (attractor, words) = told(values, dimension, motion);
@@ -316,42 +286,30 @@ fn the_words_fit_what_there_is() {
 #[test]
 fn more_exponents_than_there_are_is_bad_input() {
     let desk = Desk::new();
-    let too_many = Tools {
-        follow: |_, _, _| {
-            let fault = DynamicsError::Width {
-                asked: 23,
-                dimension: 22,
-            };
-            Err(PipelineError::from(fault).into())
-        },
-        ..TOOLS
+    let args = LyapunovArgs {
+        exponents: Some(Count::Largest(23)),
+        ..desk.args()
     };
-    let error = execute(&desk.args(), &desk.stop, &too_many).expect_err("refused");
+    let error = execute(&args, &desk.stop).expect_err("refused");
     assert_eq!(error.exit_code(), 2);
     let said = error.to_string();
     assert!(
-        said.contains("`--exponents` = 23") && said.contains("give 1 to 22"),
+        said.contains("`--exponents` = 23") && said.contains("give 1 to 2"),
         "{said}"
     );
-    let fault = Tools {
-        follow: |_, _, _| Err("the state left the numbers".into()),
-        ..TOOLS
-    };
-    let error = execute(&desk.args(), &desk.stop, &fault).expect_err("failed");
-    assert_eq!(error.exit_code(), 1);
     assert!(!desk.path("out.json").exists());
+    assert_eq!(failure("the state left the numbers".into()).exit_code(), 1);
 }
 
 #[test]
 fn bad_input_is_found_before_any_work() {
     let desk = Desk::new();
     std::fs::write(desk.path("file"), "x").expect("written");
-    let never = Tools {
-        follow: |_, _, _| panic!("no work must be done"),
-        ..TOOLS
-    };
     let bad = [
         LyapunovArgs {
+            scene: SceneArgs {
+                scene: Some("chaos-5deg".to_owned()),
+            },
             tilt: Some(91.0),
             ..desk.args()
         },
@@ -388,21 +346,15 @@ fn bad_input_is_found_before_any_work() {
             ..desk.args()
         },
         LyapunovArgs {
-            scene: Some("chaos".to_owned()),
+            scene: SceneArgs {
+                scene: Some("chaos".to_owned()),
+            },
             ..desk.args()
         },
     ];
     for args in bad {
-        let error = execute(&args, &desk.stop, &never).expect_err("refused");
+        let error = execute(&args, &desk.stop).expect_err("refused");
         assert_eq!(error.exit_code(), 2, "{error}");
+        assert!(!desk.path("out.json").exists());
     }
-}
-
-#[test]
-fn values_have_as_many_places_as_they_are_worth() {
-    let brief = |value, half_width| in_brief(Exponent { value, half_width });
-    assert_eq!(brief(61.237, 1.25), "61.2 +- 1.2");
-    assert_eq!(brief(-1234.5, 31.0), "-1234 +- 31");
-    assert_eq!(brief(1.0, f64::INFINITY), "1.000 +- ?");
-    assert_eq!(brief(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
 }

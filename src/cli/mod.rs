@@ -8,29 +8,28 @@
 //! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; what was reached until then is kept |
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
-//! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`], [`cost`],
-//! [`calibrate`] and [`paper`] say what is in it.
+//! standard error. Each command that prints a result writes it with `--json FILE` too: the struct
+//! beside the computation, with version, scene and files.
 
 mod analyse;
-pub mod args;
-pub mod audit;
-pub mod basins;
-pub mod calibrate;
+mod args;
+mod audit;
+mod basins;
+mod calibrate;
 pub mod cost;
 pub mod cost_report;
 mod document;
 pub mod effects;
 mod engine;
 mod error;
-pub mod figures;
-pub mod flow_report;
-pub mod growth;
+mod exponents;
+mod figures;
+mod growth;
 mod interrupt;
 mod live;
-pub mod live_args;
+mod live_args;
 mod lyapunov;
-pub mod lyapunov_report;
+mod lyapunov_text;
 mod model;
 mod output;
 pub mod paper;
@@ -41,10 +40,10 @@ pub mod report;
 mod run;
 mod scenes;
 mod signal_text;
-pub mod sound_args;
+mod sound_args;
 mod stability;
 mod steps;
-pub mod study_args;
+mod study_args;
 mod sweep;
 pub mod sweep_report;
 mod terminal;
@@ -96,20 +95,20 @@ fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
 
 fn dispatch(args: Args) -> Result<(), CliError> {
     match args.command {
-        None => run::run(&RunArgs::default(), engine::simulate),
-        Some(Command::Run(args)) => run::run(&args, engine::simulate),
+        None => run::run(&RunArgs::default()),
+        Some(Command::Run(args)) => run::run(&args),
         Some(Command::Live(args)) => live::run(&args),
-        Some(Command::Scenes(args)) => scenes::scenes(&args, engine::effects),
-        Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
-        Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
+        Some(Command::Scenes(args)) => scenes::scenes(&args),
+        Some(Command::Stability(args)) => stability::stability(&args),
+        Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args),
         Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
-        Some(Command::Basins(args)) => basins::basins(&args, &engine::BASINS),
+        Some(Command::Basins(args)) => basins::basins(&args),
         Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Cost(args)) => cost::run(&args, &engine::COST),
-        Some(Command::Growth(args)) => growth::run(&args, &engine::GROWTH),
+        Some(Command::Growth(args)) => growth::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
-        Some(Command::Model(args)) => model::model(&args, engine::model),
+        Some(Command::Model(args)) => model::model(&args),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }
 }

@@ -15,7 +15,7 @@ use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::report::{FileReport, Report, list_files};
-use super::study_args::{OneStart, PaperArgs, SweepOutputs, WorkArgs};
+use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{Files, Record, tell, work_through, write_recording, write_tables};
 use crate::VERSION;
 use crate::escape;
@@ -73,21 +73,12 @@ fn execute(
     plan: impl FnOnce(Scene, Start) -> SweepPlan,
 ) -> Result<(), CliError> {
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(SCENE))?;
-    if let Some(error) = args.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
+    scene = args.accuracy.apply(scene)?;
     scene.ball_on_beam()?;
     if let Some(seed) = args.seed {
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }
-    let plan = plan(
-        scene,
-        match args.start {
-            OneStart::Cold => Start::Cold,
-            OneStart::Up => Start::Up,
-            OneStart::Down => Start::Down,
-        },
-    );
+    let plan = plan(scene, args.start);
     let (outputs, files) = prepare(args)?;
     // What a run before has found need not be found again.
     let work = WorkArgs {
@@ -389,9 +380,9 @@ mod tests {
             only: None,
             out: out.clone(),
             drawn: Default::default(),
-            start: OneStart::Cold,
+            start: Start::Cold,
             seed: Some(4),
-            accuracy: None,
+            accuracy: Default::default(),
             threads: None,
             json: Some(folder.path().join("paper.json")),
         };

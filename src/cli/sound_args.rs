@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args as Arguments, ValueEnum};
+use clap::Args as Arguments;
 
 use crate::sound::{Place, Quantity, Source};
 
@@ -13,8 +13,8 @@ pub struct SoundArgs {
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
     /// What is heard.
-    #[arg(long, value_enum, default_value_t = Sound::Velocity)]
-    pub sound: Sound,
+    #[arg(long, value_enum, default_value_t = Quantity::Velocity)]
+    pub sound: Quantity,
     /// Listen to the body's surface nearest to this point (mm from the ball's centre; the beam is along z), outwards [default: the contact's centre].
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub at: Option<Point>,
@@ -24,26 +24,13 @@ impl SoundArgs {
     /// What is heard.
     pub fn source(&self) -> Source {
         Source {
-            quantity: match self.sound {
-                Sound::Velocity => Quantity::Velocity,
-                Sound::Pressure => Quantity::Pressure,
-            },
+            quantity: self.sound,
             place: match self.at {
                 None => Place::Probe,
                 Some(Point(mm)) => Place::Surface(mm.map(|x| 1e-3 * x)),
             },
         }
     }
-}
-
-/// What of a motion is heard.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Sound {
-    /// The velocity.
-    #[default]
-    Velocity,
-    /// The acceleration, as the pressure far away follows it.
-    Pressure,
 }
 
 /// A point, mm from the ball's centre.

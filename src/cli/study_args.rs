@@ -6,17 +6,17 @@ use std::str::FromStr;
 
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
-use super::args::{positive, tilts};
+use super::args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
 use crate::study::cost::Knob;
-use crate::study::sweep::Shard;
+use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
 #[derive(Debug, Arguments)]
 pub struct SweepArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Tilts of the load in degrees, from A to B (inclusive) in steps of STEP [default: 1:8:0.5, where nothing else is swept].
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
     pub tilt: Option<Steps>,
@@ -43,8 +43,8 @@ pub struct SweepArgs {
 /// Arguments of `squeakscope basins`.
 #[derive(Debug, Arguments)]
 pub struct BasinsArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Keep the tilt of the load constant at this angle, -90 to 90 degrees [default: the scene's tilt at its start].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub tilt: Option<f64>,
@@ -83,31 +83,19 @@ pub struct PaperArgs {
     #[command(flatten)]
     pub drawn: FigureArgs,
     /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
-    #[arg(long, value_enum, default_value_t = OneStart::Cold)]
-    pub start: OneStart,
+    #[arg(long, value_enum, default_value_t = Start::Cold)]
+    pub start: Start,
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
-    pub accuracy: Option<f64>,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     /// Threads [default: as many as there are cores].
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
     /// Write the comparison as JSON, too; `-` prints it instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-}
-
-/// How the points of one sweep are started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OneStart {
-    /// Each from the scene's kick.
-    Cold,
-    /// Each from its lower neighbour.
-    Up,
-    /// Each from its higher neighbour.
-    Down,
 }
 
 /// Arguments of `squeakscope calibrate`.
@@ -144,11 +132,11 @@ pub struct CalibrateArgs {
 /// Arguments of `squeakscope cost`.
 #[derive(Debug, Arguments)]
 pub struct CostArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Turn only this knob; may be given several times [default: all that the scene has].
     #[arg(long, value_name = "KNOB", value_enum)]
-    pub only: Vec<OneKnob>,
+    pub only: Vec<Knob>,
     /// Runs of each setting, of which the median counts; long ones, of invariants and exponents, are run once.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
@@ -175,8 +163,8 @@ pub struct CostArgs {
 /// Arguments of `squeakscope growth`.
 #[derive(Debug, Arguments)]
 pub struct GrowthArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Runs of each size, of which the median counts.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
@@ -197,44 +185,9 @@ pub struct GrowthArgs {
     pub json: Option<PathBuf>,
 }
 
-/// A knob of `squeakscope cost`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OneKnob {
-    /// Method and tolerance, by the trajectory.
-    Integrator,
-    /// Tolerance, by what does not depend on the trajectory.
-    Invariants,
-    /// Through events or exactly there.
-    Events,
-    /// Family and number of contact nodes.
-    Nodes,
-    /// Number of modes.
-    Modes,
-    /// Order and size of the finite elements.
-    Elements,
-    /// Length of averaging for Lyapunov exponents.
-    Exponents,
-    /// Length and threshold of recurrence quantification.
-    Recurrence,
-}
-
-impl From<OneKnob> for Knob {
-    fn from(knob: OneKnob) -> Self {
-        match knob {
-            OneKnob::Integrator => Self::Integrator,
-            OneKnob::Invariants => Self::Invariants,
-            OneKnob::Events => Self::Events,
-            OneKnob::Nodes => Self::Nodes,
-            OneKnob::Modes => Self::Modes,
-            OneKnob::Elements => Self::Elements,
-            OneKnob::Exponents => Self::Exponents,
-            OneKnob::Recurrence => Self::Recurrence,
-        }
-    }
-}
-
 /// How the responses of a sweep are taken.
 #[derive(Clone, Copy, Debug, Arguments)]
+#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
 pub struct ResponseArgs {
     /// The least time before a transient counts as over.
     #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
@@ -251,9 +204,8 @@ pub struct ResponseArgs {
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's].
     #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", conflicts_with = "tolerance", value_parser = positive)]
-    pub accuracy: Option<f64>,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
 }
 
 /// How the points of a sweep are worked through.

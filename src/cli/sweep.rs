@@ -18,7 +18,7 @@ use super::study_args::{
 };
 use super::sweep_report::SweepReport;
 use crate::plot::Figure;
-use crate::scene::{DEFAULT_SCENE, Held, Parameter, Scene, TiltedJoint};
+use crate::scene::{Held, Parameter, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable,
@@ -55,7 +55,7 @@ fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), Cli
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
-    let scene = args.scene.as_deref().map(OsStr::new);
+    let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &names(&plan, tools))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
     let identity = plan.identity();
@@ -180,7 +180,7 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
 pub(super) struct Files {
     table: OutputFile,
     csv: OutputFile,
-    json: Option<OutputFile>,
+    pub json: Option<OutputFile>,
     save: Option<OutputFile>,
 }
 
@@ -371,10 +371,8 @@ fn held(plan: &SweepPlan) -> Held {
 
 /// What is asked for.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
-    if let Some(error) = args.response.accuracy {
-        scene = scene.with_accuracy(error)?;
-    }
+    let mut scene = args.scene.load()?;
+    scene = args.response.accuracy.apply(scene)?;
     let seed = args.seed.map(|seed| seed as f64);
     for (name, value) in [
         ("start.seed", seed),

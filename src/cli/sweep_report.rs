@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
-use super::lyapunov_report::in_brief;
 use super::report::{FileReport, Report, list_files};
 use crate::VERSION;
 use crate::escape;
+use crate::number::uncertain;
 use crate::study::sweep::{Shard, Start, SweepPlan, SweepPoint};
 
 const NAME: Style = Style::new().bold();
@@ -147,7 +147,10 @@ impl PointReport {
             unstable_modes: found
                 .and_then(|found| found.linear.as_ref())
                 .map(|linear| linear.unstable().count()),
-            largest: exponents().next().map(|e| in_brief(*e)).unwrap_or_default(),
+            largest: exponents()
+                .next()
+                .map(|e| uncertain(e.value, e.half_width))
+                .unwrap_or_default(),
         }
     }
 

@@ -4,6 +4,8 @@ use std::num::NonZero;
 
 use super::*;
 use crate::cli::args::Steps;
+use crate::cli::args::{AccuracyArgs, SceneArgs};
+use crate::scene::Scene;
 
 fn draw(_: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     let title = format!("{} points", points.len());
@@ -57,7 +59,9 @@ impl Desk {
 
     fn args(&self, name: &str) -> SweepArgs {
         SweepArgs {
-            scene: Some(self.path("few.toml").to_string_lossy().into_owned()),
+            scene: SceneArgs {
+                scene: Some(self.path("few.toml").to_string_lossy().into_owned()),
+            },
             tilt: Some(steps("1:2:0.5")),
             over: Vec::new(),
             start: SweepStart::Both,
@@ -68,7 +72,7 @@ impl Desk {
                 measure: 10.0,
                 exponents: 1,
                 tolerance: Some(1e-4),
-                accuracy: None,
+                accuracy: AccuracyArgs::default(),
             },
             work: WorkArgs {
                 threads: NonZero::new(2),

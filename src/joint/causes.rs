@@ -21,12 +21,14 @@
 //! the mode is followed while the term fades away.
 
 use faer::{Mat, c64};
+use serde::Serialize;
 
 use super::vector::{any_normal, cross, dot, unit};
 use super::{ContactDamping, Model, StabilityError};
 
 /// The terms that can feed or damp a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "&'static str")]
 pub enum Cause {
     /// The slope of the friction law at the sliding speed, along the sliding direction.
     Slope,
@@ -40,6 +42,12 @@ pub enum Cause {
     ContactDamping,
     /// The part `Omega x u` of the slip velocity.
     Convection,
+}
+
+impl From<Cause> for &'static str {
+    fn from(cause: Cause) -> Self {
+        cause.name()
+    }
 }
 
 impl Cause {
@@ -81,22 +89,25 @@ impl Cause {
 }
 
 /// What one term does to a mode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CauseOfGrowth {
     /// The term.
     pub cause: Cause,
     /// Its share of the growth rate, 1/s; all shares add up to the growth rate.
+    #[serde(rename = "share_per_s")]
     pub share: f64,
     /// The growth rate that the mode would have without the term, 1/s.
+    #[serde(rename = "without_per_s")]
     pub without: f64,
 }
 
 /// A mode with the causes of its growth.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExplainedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Growth rate, 1/s.
+    #[serde(rename = "growth_per_s")]
     pub growth: f64,
     /// What each term that the model has does, in the order of [`Cause::ALL`].
     pub causes: Vec<CauseOfGrowth>,

@@ -30,6 +30,7 @@ pub struct NamedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Growth rate, 1/s; positive means that steady sliding is unstable.
+    #[serde(rename = "growth_per_s")]
     pub growth: f64,
     /// Which mode of the body it is, such as `2nd bending`.
     pub label: String,

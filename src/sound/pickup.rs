@@ -7,11 +7,16 @@ use crate::pipeline::message::{Frame, Header, SurfaceMesh, vertex_normals};
 /// What of a motion is heard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Quantity {
-    /// The velocity: what a laser vibrometer aimed there would play.
+    /// The velocity.
+    ///
+    /// It is what a laser vibrometer aimed there would play.
     #[default]
     Velocity,
-    /// The acceleration. The pressure far from a source much smaller than the wave length follows the
+    /// The acceleration, as the pressure far away follows it.
+    ///
+    /// The pressure far from a source much smaller than the wave length follows the
     /// acceleration of its surface: a proxy of the radiated sound, without the room and without the directions
     /// in which a body radiates.
     Pressure,

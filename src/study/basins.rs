@@ -1,7 +1,9 @@
 //! Which attractors coexist, and how many of many kicks lead to each.
 
+use serde::Serialize;
+
 use super::response::Response;
-use super::sweep::SweepPoint;
+use super::sweep::{SweepPlan, SweepPoint};
 use crate::analysis::Regime;
 
 /// Motions are of one attractor if the frequencies of their strongest lines differ by no more than
@@ -15,20 +17,59 @@ const SAME_AMPLITUDE: f64 = 0.05;
 const Z: f64 = 1.96;
 
 /// One attractor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Attractor {
     /// Kind of motion.
     pub regime: Regime,
     /// Frequency of its strongest line, Hz; `None` at rest.
+    #[serde(rename = "frequency_hz")]
     pub frequency: Option<f64>,
     /// Amplitude at the probe, m.
+    #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
     /// Places in the list of points of those that came to it; the first stands for all of them.
+    #[serde(skip)]
     pub members: Vec<usize>,
+    /// Seeds of the kicks that led to it: the values of the parameter that is swept.
+    pub seeds: Vec<u64>,
     /// Its share of all kicks, 0 to 1.
     pub share: f64,
     /// The share's 95 % interval (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
     pub interval: [f64; 2],
+}
+
+/// What random kicks of a scene have come to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Basins {
+    /// Tilt of the load, rad; `None` for a scene without a load.
+    #[serde(rename = "tilt_rad")]
+    pub tilt: Option<f64>,
+    /// Kicks in all.
+    pub kicks: usize,
+    /// Kicks that have been followed.
+    pub followed: usize,
+    /// Kicks whose motion still changed when it was measured, or could not be followed.
+    pub undecided: usize,
+    /// Whether it was stopped before its end.
+    pub interrupted: bool,
+    /// The attractors, the commonest first.
+    pub attractors: Vec<Attractor>,
+}
+
+impl Basins {
+    /// Of the points so far of a sweep over the seed of the kick.
+    pub fn new(plan: &SweepPlan, points: &[SweepPoint], interrupted: bool) -> Self {
+        let attractors = attractors(points);
+        let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
+        Self {
+            tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
+            kicks: plan.len(),
+            followed: points.len(),
+            undecided: points.len() - decided,
+            interrupted,
+            attractors,
+        }
+    }
 }
 
 /// The attractors that points at the same parameters have come to, the commonest first. Points
@@ -45,16 +86,21 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
         else {
             continue;
         };
+        let seed = point.place.values[0] as u64;
         match found
             .iter_mut()
             .find(|attractor| attractor.is_that_of(response))
         {
-            Some(attractor) => attractor.members.push(place),
+            Some(attractor) => {
+                attractor.members.push(place);
+                attractor.seeds.push(seed);
+            }
             None => found.push(Attractor {
                 regime: response.regime,
                 frequency: response.lines.first().map(|line| line.frequency),
                 amplitude: response.amplitude,
                 members: vec![place],
+                seeds: vec![seed],
                 share: 0.0,
                 interval: [0.0, 1.0],
             }),
@@ -97,7 +143,7 @@ mod tests {
     use crate::scene::{Parameter, Scene};
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::tests::run;
-    use crate::study::sweep::{Axis, Shard, Start, SweepPlan};
+    use crate::study::sweep::{Axis, Shard, Start};
 
     #[test]
     fn shares_have_wilsons_interval() {

@@ -1,5 +1,7 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
+use serde::Serialize;
+
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
 /// Why a study failed.
@@ -19,9 +21,10 @@ pub enum StudyError {
 }
 
 /// The linear modes at one tilt.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StabilityAt {
     /// Tilt of the load, rad.
+    #[serde(rename = "tilt_rad")]
     pub tilt: f64,
     /// The modes by ascending frequency.
     pub modes: Vec<NamedMode>,

@@ -39,7 +39,7 @@ fn scenes_lists_all() {
         let text = scene["toml"].as_str().expect("text");
         let parsed = Scene::parse("json", text).expect("valid");
         assert_eq!(scene["name"], parsed.name.as_str());
-        assert_eq!(scene["duration_ms"], parsed.duration * 1e3);
+        assert_eq!(scene["duration_s"], parsed.duration);
     }
 }
 

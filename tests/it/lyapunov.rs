@@ -44,12 +44,12 @@ fn a_short_run_writes_all_that_it_says() {
     assert!(text.starts_with("torus-3deg at 3 deg: "), "{text}");
 
     let found = json(&desk.path().join("out.json"));
-    assert_eq!(found["tilt_deg"], 3.0);
+    assert_eq!(found["tilt_rad"], 3.0_f64.to_radians());
     assert_eq!(found["interrupted"], false);
     assert_eq!(found["goal"], "time");
     assert_eq!(found["goal_reached"], true);
     assert_eq!(found["dimension"], 22);
-    let exponents = found["exponents"].as_array().expect("a list");
+    let exponents = found["exponents_per_s"].as_array().expect("a list");
     assert_eq!(exponents.len(), 22);
     let averaged = found["averaged_s"].as_f64().expect("a number");
     assert!((averaged - 0.01).abs() < 2e-4, "{averaged}");
@@ -58,15 +58,13 @@ fn a_short_run_writes_all_that_it_says() {
         (omega_1 / std::f64::consts::TAU - 1698.0).abs() < 0.1,
         "{omega_1}"
     );
-    for exponent in exponents {
-        let of = |name: &str| exponent[name].as_f64().expect("a number");
-        let error = of("value_over_omega_1") * omega_1 - of("value_per_s");
-        assert!(error.abs() < 1e-9 * of("value_per_s").abs());
+    let value = |exponent: &serde_json::Value| exponent["value"].as_f64().expect("a number");
+    let scaled = found["exponents_over_omega_1"].as_array();
+    for (exponent, scaled) in exponents.iter().zip(scaled.expect("a list")) {
+        let error = value(scaled) * omega_1 - value(exponent);
+        assert!(error.abs() < 1e-9 * value(exponent).abs());
     }
-    let sum: f64 = exponents
-        .iter()
-        .map(|e| e["value_per_s"].as_f64().unwrap())
-        .sum();
+    let sum: f64 = exponents.iter().map(value).sum();
     let said = found["sum_per_s"].as_f64().expect("a number");
     assert!((sum - said).abs() < 1e-6 * said.abs());
     let rows = std::fs::read_to_string(desk.path().join("out.csv")).expect("written");
@@ -95,7 +93,10 @@ fn json_can_take_the_place_of_the_table() {
     let assert = squeakscope(desk.path(), &words).success();
     let found: serde_json::Value =
         serde_json::from_slice(&assert.get_output().stdout).expect("JSON and nothing else");
-    assert_eq!(found["exponents"].as_array().expect("a list").len(), 2);
+    assert_eq!(
+        found["exponents_per_s"].as_array().expect("a list").len(),
+        2
+    );
     assert_eq!(found["sum_per_s"], serde_json::Value::Null);
     assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 0);
 }
@@ -202,6 +203,6 @@ fn an_interruption_keeps_what_was_reached() {
     let averaged = found["averaged_s"].as_f64().expect("a number");
     assert!(averaged < 1e4, "{averaged}");
     // On a busy machine it may have been asked before it could begin; then it says so.
-    let exponents = found["exponents"].as_array().expect("a list");
+    let exponents = found["exponents_per_s"].as_array().expect("a list");
     assert_eq!(exponents.is_empty(), averaged == 0.0);
 }

@@ -4,10 +4,12 @@ mod batches;
 mod growth;
 mod interval;
 
+use serde::Serialize;
+
 pub(super) use growth::Growth;
 
 /// One Lyapunov exponent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Exponent {
     /// Its value, 1/s.
     pub value: f64,
@@ -28,7 +30,9 @@ impl Exponent {
 }
 
 /// What can be said of an exponent's sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::Display)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Sign {
     /// The whole interval is above zero, beyond the resolution.
     Positive,
@@ -47,26 +51,32 @@ pub enum Sign {
 pub const PERIODS_FOR_ZERO: f64 = 1000.0;
 
 /// The largest Lyapunov exponents of a motion, or all of them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LyapunovSpectrum {
     /// The exponents, in the order of the orthonormal vectors. It is the falling order once the
     /// vectors have turned to their directions; exponents nearer to each other than their intervals
     /// may stand either way round, since sorting them would push them apart. A direction that
     /// collapses, as all that sticks does, has the value minus infinity.
+    #[serde(rename = "exponents_per_s")]
     pub exponents: Vec<Exponent>,
     /// Time over which growth was averaged, s.
+    #[serde(rename = "averaged_s")]
     pub time: f64,
     /// Dimension of the tangent space: how many exponents there are in all.
     pub dimension: usize,
     /// An exponent nearer to zero than this cannot be told from zero in this time, 1/s: a neutral
     /// vector changes its length, too, by a factor of ten, say, or by what was seen of it.
+    #[serde(rename = "resolution_per_s")]
     pub resolution: f64,
     /// The Kaplan-Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
+    // Of an equilibrium, which is not seen here, it is none.
+    #[serde(skip)]
     pub kaplan_yorke: Option<Exponent>,
 }
 
 /// What is known of a motion beside its exponents.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Motion {
     /// It moves, left to itself.
     #[default]

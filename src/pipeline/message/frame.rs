@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, Tally};
 
 /// The state of one contact node.
@@ -71,16 +73,19 @@ pub struct EnergySample {
 }
 
 /// Lyapunov exponents of a run so far.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Exponents {
     /// Simulated time, s.
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// The exponents, by the growth since the motion has settled.
+    #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
     /// What is known of the motion beside them.
     pub motion: Motion,
     /// The lowest natural frequency `omega_1`, rad/s: an exponent over it belongs to the time
     /// `tau = omega_1 t`.
+    #[serde(rename = "omega_1_rad_per_s")]
     pub omega_1: f64,
 }
 

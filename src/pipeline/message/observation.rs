@@ -11,8 +11,10 @@ use crate::analysis::SpectralLine;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Parting {
     /// Time of the newest sample, s.
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// Time of the first sample of the second copy, s.
+    #[serde(rename = "start_s")]
     pub start: f64,
     /// Their distance (see [`TwinSamples::distance`](super::TwinSamples::distance)): root of the
     /// mean square since the last such record.
@@ -22,6 +24,7 @@ pub struct Parting {
     /// too few distances.
     pub line: Option<PartingLine>,
     /// When the distance had become as large as the motion itself, s; it can grow no more.
+    #[serde(rename = "saturated_s")]
     pub saturated: Option<f64>,
 }
 
@@ -29,10 +32,13 @@ pub struct Parting {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PartingLine {
     /// The rate, 1/s: an estimate of the largest exponent.
+    #[serde(rename = "rate_per_s")]
     pub rate: f64,
     /// Half the width of its 95 % interval by the scatter about the line, 1/s.
+    #[serde(rename = "half_width_per_s")]
     pub half_width: f64,
     /// Time of the first distance that the line goes through, s.
+    #[serde(rename = "since_s")]
     pub since: f64,
     /// Logarithm of the distance at the start.
     pub intercept: f64,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::frame::{Exponents, Frame};
 use super::header::Header;
 use super::lesson::{Course, Lesson};
@@ -191,29 +193,39 @@ pub struct Health {
 }
 
 /// What the run came to.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// Simulated time, s.
+    #[serde(rename = "simulated_s")]
     pub simulated: f64,
     /// Wall time of the whole run, s.
+    #[serde(rename = "wall_s")]
     pub wall: f64,
     /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
     pub real_time_factor: f64,
-    /// Lines of the last window's spectrum, strongest first.
+    /// Lines of the spectrum of the velocity (m/s) over the last window, strongest first.
+    #[serde(rename = "lines")]
     pub peaks: Vec<SpectralLine>,
     /// Half the peak-to-peak displacement over the last window, m.
+    #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
     /// Largest speed of the probe over the last window, m/s.
+    #[serde(rename = "peak_velocity_m_per_s")]
     pub peak_velocity: f64,
     /// Work of the integrator.
+    #[serde(flatten)]
     pub tally: Tally,
-    /// Contact transitions.
+    /// Contact transitions; of a small system, events.
     pub transitions: u64,
     /// Relative residual of the energy audit at the end; `None` where nothing was audited.
+    #[serde(rename = "energy_residual")]
     pub audit: Option<f64>,
     /// The last exponents; `None` unless asked for, or if the run ended before they settled.
+    // They are read together with what they come to.
+    #[serde(skip)]
     pub exponents: Option<Exponents>,
     /// How far the two copies had parted at the end; `None` unless asked for.
+    #[serde(rename = "butterfly")]
     pub parting: Option<Parting>,
     /// Whether the run was interrupted before its planned end.
     pub interrupted: bool,

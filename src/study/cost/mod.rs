@@ -36,12 +36,13 @@ use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// What can be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Knob {
-    /// Method and tolerance (or step), by the trajectory.
+    /// Method and tolerance, by the trajectory.
     Integrator,
-    /// The same beyond the horizon, by what does not depend on the trajectory.
+    /// Tolerance, by what does not depend on the trajectory.
     Invariants,
-    /// Whether steps go through events or end there.
+    /// Through events or exactly there.
     Events,
     /// Family and number of contact nodes.
     Nodes,
@@ -49,9 +50,9 @@ pub enum Knob {
     Modes,
     /// Order and size of the finite elements.
     Elements,
-    /// Length of averaging, for Lyapunov exponents.
+    /// Length of averaging for Lyapunov exponents.
     Exponents,
-    /// Length and threshold, for recurrence quantification.
+    /// Length and threshold of recurrence quantification.
     Recurrence,
 }
 

@@ -8,6 +8,8 @@ mod tests;
 
 use std::time::Instant;
 
+use serde::Serialize;
+
 use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, System, Tally,
 };
@@ -79,18 +81,21 @@ pub enum Ending {
 }
 
 /// The exponents as known after some time of averaging.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunningExponents {
     /// Time averaged so far, s.
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// The exponents so far.
+    #[serde(rename = "exponents_per_s")]
     pub exponents: Vec<Exponent>,
 }
 
 /// What averaging came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LyapunovStudy {
     /// The exponents; none where it was stopped before any growth was averaged.
+    #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
     /// What is known of the motion beside them.
     pub motion: Motion,
@@ -99,16 +104,22 @@ pub struct LyapunovStudy {
     pub running: Vec<RunningExponents>,
     /// Mean of the trace of `dF/dz` along the motion, 1/s, to which all exponents add up; `None`
     /// where not all are followed or where events make the state or the law jump.
+    #[serde(rename = "mean_trace_per_s")]
     pub mean_trace: Option<f64>,
     /// How it ended.
+    #[serde(skip)]
     pub ending: Ending,
     /// Time in which the vectors settled, s.
+    #[serde(rename = "settle_s")]
     pub settled: f64,
     /// Work done, settling included.
+    #[serde(flatten)]
     pub tally: Tally,
     /// Time followed, settling included, s.
+    #[serde(rename = "followed_s")]
     pub followed: f64,
     /// Time that took, s.
+    #[serde(rename = "wall_s")]
     pub busy_seconds: f64,
 }
 
@@ -117,6 +128,7 @@ impl LyapunovStudy {
     pub(crate) fn stopped(dimension: usize) -> Self {
         let spectrum = LyapunovSpectrum {
             dimension,
+            resolution: f64::INFINITY,
             ..LyapunovSpectrum::default()
         };
         Self {
@@ -255,13 +267,15 @@ pub fn lyapunov<Y: System + ?Sized>(
     let mut spectrum = integrator.exponents().unwrap_or_default();
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
+        spectrum.resolution = f64::INFINITY;
     }
     keep(&mut running, &spectrum);
+    let mean_trace = trace.and_then(|trace| trace.mean());
     Ok(LyapunovStudy {
+        mean_trace: mean_trace.filter(|_| !spectrum.exponents.is_empty()),
         motion: integrator.motion(sys),
         spectrum,
         running,
-        mean_trace: trace.and_then(|trace| trace.mean()),
         ending,
         settled,
         tally: since(integrator.tally(), before),

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use serde::Serialize;
+
 use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
 use crate::dynamics::{Integrator, PERIODS_FOR_ZERO, System};
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
@@ -23,20 +25,24 @@ pub struct LyapunovRequest {
 }
 
 /// What it came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneLyapunov {
     /// The exponents and all that goes with them.
+    #[serde(flatten)]
     pub study: LyapunovStudy,
     /// Tilt of the load meanwhile, rad; `None` where there is no load.
+    #[serde(rename = "tilt_rad")]
     pub tilt: Option<f64>,
     /// The last values of what varies in the scene, which were held meanwhile.
     pub held: Held,
     /// Time for which the scene ran before, s.
+    #[serde(rename = "transient_s")]
     pub transient: f64,
     /// Error allowed in a step while vectors were followed; `None` for a fixed step.
     pub tolerance: Option<f64>,
     /// Circular frequency of the slowest mode, rad/s, by which exponents are divided to be compared
     /// with those of the time `tau` of Eq. (23).
+    #[serde(rename = "omega_1_rad_per_s")]
     pub omega_1: f64,
 }
 

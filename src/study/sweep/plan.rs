@@ -49,12 +49,13 @@ impl Axis {
 
 /// How each point is started. Attractors coexist, so that this is part of the question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Start {
-    /// From the scene's own kick.
+    /// Each from the scene's kick.
     Cold,
-    /// From the state of the next lower value.
+    /// Each from its lower neighbour.
     Up,
-    /// From the state of the next higher value.
+    /// Each from its higher neighbour.
     Down,
 }
 
