@@ -67,7 +67,7 @@ pub fn write(canvas: &mut Canvas, field: &Field<'_>, layer: &Layer) {
         Shape::Text(place, words) => {
             if let Some([x, y]) = field.at(*place).filter(|_| field.holds(*place)) {
                 // Clear of an axis that it begins at.
-                let at = [x + 0.5 * canvas.letters, y];
+                let at = [x.max(field.frame.x + 0.5 * canvas.letters), y];
                 canvas.write(at, words, Anchor::Start, (1.0, false, layer.color));
             }
         }
@@ -247,17 +247,31 @@ fn name_peaks(canvas: &mut Canvas, field: &Field<'_>, peaks: &[([f64; 2], String
         };
         let half = 0.5 * text::width(name, letters, false) + 0.2 * letters;
         let middle = x.clamp((left + half).min(right - half), right - half);
-        let line = |k: usize| tip - (1.0 + 1.2 * k as f64) * letters;
-        let is_free = |y: &f64| {
+        let above = |k: usize| [middle, tip - (1.0 + 1.2 * k as f64) * letters];
+        // A tip just below the top has its name beside it.
+        let beside = [
+            x + half + 0.7 * letters,
+            tip.max(field.frame.y + 0.7 * letters),
+        ];
+        let is_free = |[middle, y]: &[f64; 2]| {
             let covers = |[other, width, height]: &[f64; 3]| {
                 (other - middle).abs() < width + half && (height - y).abs() < 1.15 * letters
             };
-            *y > field.frame.y && !taken.iter().any(covers)
+            *y > field.frame.y && middle + half <= right + 0.01 && !taken.iter().any(covers)
         };
-        let Some(y) = (0..TRIES).map(line).find(is_free) else {
+        let mut places = (0..TRIES).map(above).chain([beside]);
+        let Some([middle, y]) = places.find(is_free) else {
             continue;
         };
         taken.push([middle, half, y]);
+        // What it stands on shines through, no more.
+        canvas.put(format_args!(
+            "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"#fff\" fill-opacity=\"0.8\"/>",
+            middle - half,
+            y - 0.55 * letters,
+            2.0 * half,
+            1.1 * letters
+        ));
         if y < tip - 1.5 * letters {
             canvas.stroke([x, y + 0.6 * letters, x, tip], color, 0.5, "");
         }

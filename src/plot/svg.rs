@@ -183,7 +183,7 @@ fn most_ticks(axis: &Axis, length: f64, letters: f64, close: bool) -> usize {
         (true, _) => 3.5,
         (false, _) => 7.0,
     };
-    ((length / (room * letters)) as usize).clamp(2, 10)
+    ((length / (room * letters)) as usize).clamp(3, 10)
 }
 
 /// The field of a panel between its axes.
