@@ -1,7 +1,7 @@
 //! Counters of the work done, and the error made: public data, shown live and compared in tests.
 
 /// What an integration has done so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Tally {
     /// Accepted steps.
     pub steps: u64,

@@ -18,7 +18,7 @@ pub enum RateBase {
 /// `P(l)` is the number of diagonal lines of length `l`, `P(v)` that of vertical lines of length
 /// `v`, as defined with [`RecurrenceCounts`]; sums from `l_min` or `v_min` on unless said
 /// otherwise.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Measures {
     /// Recurrence rate RR: recurrent points over pairs, 0 to 1; 0 if there is no pair.
     pub recurrence_rate: f64,

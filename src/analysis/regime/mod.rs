@@ -110,7 +110,8 @@ use belief::Belief;
 use signs::Signs;
 
 /// Kinds of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Regime {
     /// Hardly anything moves.
     Silent,
@@ -125,6 +126,7 @@ pub enum Regime {
     /// No law is found in it.
     Noise,
     /// The evidence does not suffice.
+    #[serde(rename = "not sure")]
     Unsure,
 }
 
