@@ -38,17 +38,22 @@ const KEPT: f64 = 0.02;
 const HIGHEST: f64 = 20e3;
 
 /// Pieces of a settled motion to draw from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Portrait {
     /// Spacing of the samples, s.
+    #[serde(rename = "portrait_dt_s")]
     pub dt: f64,
     /// The newest displacements, m.
+    #[serde(rename = "portrait_u_m")]
     pub displacement: Vec<f32>,
     /// The probe's velocities at the same instants, m/s.
+    #[serde(rename = "portrait_v_m_per_s")]
     pub velocity: Vec<f32>,
     /// Spacing of the spectrum's bins, Hz, the first at 0.
+    #[serde(rename = "spectrum_bin_hz")]
     pub bin: f64,
     /// Amplitude spectrum of the displacement over the whole measurement, m.
+    #[serde(rename = "spectrum_m")]
     pub spectrum: Vec<f32>,
 }
 

@@ -48,7 +48,8 @@ impl Axis {
 }
 
 /// How each point is started. Attractors coexist, so that this is part of the question.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Start {
     /// Each from the scene's kick.
@@ -88,7 +89,7 @@ pub struct SweepPlan {
 }
 
 /// Where a point of a sweep is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
     /// Its number, from 0: start by start, row by row along the second axis.
     pub index: usize,

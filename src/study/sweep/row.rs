@@ -1,6 +1,8 @@
-//! A point of a sweep as a row of a table.
+//! A point of a sweep as a row of a table: the fields of a [`Response`], a column each.
 
+use arrow_schema::FieldRef;
 use serde::{Deserialize, Serialize};
+use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
 use crate::analysis::{Measures, Regime, SpectralLine};
@@ -9,275 +11,127 @@ use crate::joint::NamedMode;
 use crate::study::StabilityAt;
 use crate::study::response::{Portrait, Response};
 
-/// A row. Names carry units; what is not known is null, or an empty list.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// A row; what is not known is null.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Row {
-    index: u64,
-    start: String,
-    values: Vec<f64>,
+    #[serde(flatten)]
+    place: Place,
     error: Option<String>,
-    transient_s: Option<f64>,
-    settled: Option<bool>,
-    amplitude_m: Option<f64>,
-    rms_velocity_m_per_s: Option<f64>,
-    peak_velocity_m_per_s: Option<f64>,
-    regime: Option<String>,
-    confidence: Option<f64>,
-    floor_share: Option<f64>,
-    maxima_m: Vec<f64>,
-    section_y_m: Vec<f64>,
-    section_y_2tau_m: Vec<f64>,
-    line_hz: Vec<f64>,
-    line_amplitude_m: Vec<f64>,
-    line_name: Vec<String>,
-    exponent_per_s: Vec<f64>,
-    exponent_half_width_per_s: Vec<f64>,
-    exponent_resolution_per_s: Option<f64>,
-    exponent_time_s: Option<f64>,
-    dimension: Option<u64>,
-    kaplan_yorke: Option<f64>,
-    kaplan_yorke_half_width: Option<f64>,
-    recurrence_rate: Option<f64>,
-    determinism: Option<f64>,
-    mean_diagonal: Option<f64>,
-    longest_diagonal: Option<u64>,
-    divergence: Option<f64>,
-    entropy: Option<f64>,
-    trend: Option<f64>,
-    laminarity: Option<f64>,
-    trapping_time: Option<f64>,
-    longest_vertical: Option<u64>,
-    recurrence_time_1: Option<f64>,
-    recurrence_time_2: Option<f64>,
-    recurrence_period_s: Option<f64>,
-    tilt_rad: Option<f64>,
-    mode_hz: Vec<f64>,
-    mode_growth_per_s: Vec<f64>,
-    mode_label: Vec<String>,
-    mode_unstable: Vec<bool>,
-    state: Vec<f64>,
-    steps: Option<u64>,
-    rejections: Option<u64>,
-    calls: Option<u64>,
-    jacobians: Option<u64>,
-    switches: Option<u64>,
-    crossings: Option<u64>,
-    events: Option<u64>,
-    grazings: Option<u64>,
-    overrun: Option<u64>,
-    portrait_dt_s: Option<f64>,
-    portrait_u_m: Vec<f32>,
-    portrait_v_m_per_s: Vec<f32>,
-    spectrum_bin_hz: Option<f64>,
-    spectrum_m: Vec<f32>,
+    #[serde(flatten)]
+    found: Option<Response>,
 }
 
 impl Row {
     /// The row of a point.
     pub fn new(point: &SweepPoint) -> Self {
-        let place = &point.place;
-        let row = Self {
-            index: place.index as u64,
-            start: place.start.to_string(),
-            values: place.values.clone(),
-            ..Self::default()
-        };
-        match &point.outcome {
-            Err(error) => Self {
-                error: Some(error.clone()),
-                ..row
-            },
-            Ok(found) => row.with(found),
-        }
-    }
-
-    fn with(self, found: &Response) -> Self {
-        let spectrum = found.exponents.as_ref();
-        let exponents = || spectrum.iter().flat_map(|s| &s.exponents);
-        let recurrence = found.recurrence.as_ref();
-        let modes = || found.linear.iter().flat_map(|linear| &linear.modes);
-        let portrait = found.portrait.as_ref();
         Self {
-            transient_s: Some(found.transient),
-            settled: Some(found.settled),
-            amplitude_m: Some(found.amplitude),
-            rms_velocity_m_per_s: Some(found.rms_velocity),
-            peak_velocity_m_per_s: Some(found.peak_velocity),
-            regime: Some(found.regime.to_string()),
-            confidence: Some(found.confidence),
-            floor_share: Some(found.floor_share),
-            maxima_m: found.maxima.clone(),
-            section_y_m: found.section.iter().map(|p| p[0]).collect(),
-            section_y_2tau_m: found.section.iter().map(|p| p[1]).collect(),
-            line_hz: found.lines.iter().map(|l| l.frequency).collect(),
-            line_amplitude_m: found.lines.iter().map(|l| l.amplitude).collect(),
-            line_name: found.lines.iter().map(|l| l.label.clone()).collect(),
-            exponent_per_s: exponents().map(|e| e.value).collect(),
-            exponent_half_width_per_s: exponents().map(|e| e.half_width).collect(),
-            exponent_resolution_per_s: spectrum.map(|s| s.resolution),
-            exponent_time_s: spectrum.map(|s| s.time),
-            dimension: spectrum.map(|s| s.dimension as u64),
-            kaplan_yorke: spectrum.and_then(|s| s.kaplan_yorke).map(|d| d.value),
-            kaplan_yorke_half_width: spectrum.and_then(|s| s.kaplan_yorke).map(|d| d.half_width),
-            recurrence_rate: recurrence.map(|r| r.recurrence_rate),
-            determinism: recurrence.and_then(|r| r.determinism),
-            mean_diagonal: recurrence.and_then(|r| r.mean_diagonal),
-            longest_diagonal: recurrence.map(|r| r.longest_diagonal as u64),
-            divergence: recurrence.and_then(|r| r.divergence),
-            entropy: recurrence.and_then(|r| r.entropy),
-            trend: recurrence.and_then(|r| r.trend),
-            laminarity: recurrence.and_then(|r| r.laminarity),
-            trapping_time: recurrence.and_then(|r| r.trapping_time),
-            longest_vertical: recurrence.map(|r| r.longest_vertical as u64),
-            recurrence_time_1: recurrence.and_then(|r| r.recurrence_time_1),
-            recurrence_time_2: recurrence.and_then(|r| r.recurrence_time_2),
-            recurrence_period_s: found.recurrence_period,
-            tilt_rad: found.linear.as_ref().map(|linear| linear.tilt),
-            mode_hz: modes().map(|m| m.frequency_hz).collect(),
-            mode_growth_per_s: modes().map(|m| m.growth).collect(),
-            mode_label: modes().map(|m| m.label.clone()).collect(),
-            mode_unstable: modes().map(|m| m.unstable).collect(),
-            state: found.state.clone(),
-            steps: Some(found.tally.steps),
-            rejections: Some(found.tally.rejections),
-            calls: Some(found.tally.calls),
-            jacobians: Some(found.tally.jacobians),
-            switches: Some(found.tally.switches),
-            crossings: Some(found.tally.crossings),
-            events: Some(found.tally.events),
-            grazings: Some(found.tally.grazings),
-            overrun: Some(found.tally.overrun),
-            portrait_dt_s: portrait.map(|p| p.dt),
-            portrait_u_m: portrait.map(|p| p.displacement.clone()).unwrap_or_default(),
-            portrait_v_m_per_s: portrait.map(|p| p.velocity.clone()).unwrap_or_default(),
-            spectrum_bin_hz: portrait.map(|p| p.bin),
-            spectrum_m: portrait.map(|p| p.spectrum.clone()).unwrap_or_default(),
-            ..self
+            place: point.place.clone(),
+            error: point.outcome.as_ref().err().cloned(),
+            found: point.outcome.as_ref().ok().cloned(),
         }
     }
 
     /// The point of a row, or what is wrong with it.
     pub fn into_point(self) -> Result<SweepPoint, String> {
-        let starts = Start::ALL.into_iter();
-        let start = starts
-            .into_iter()
-            .find(|start| start.to_string() == self.start);
-        let place = Place {
-            index: self.index as usize,
-            start: start.ok_or_else(|| format!("no start is called `{}`", self.start))?,
-            values: self.values.clone(),
+        let outcome = match (self.error, self.found) {
+            (Some(error), _) => Err(error),
+            (None, Some(found)) => Ok(found),
+            (None, None) => return Err(format!("its point {} has gaps", self.place.index)),
         };
-        let outcome = match self.error.clone() {
-            Some(error) => Err(error),
-            None => {
-                let gap = format!("its point {} has gaps", self.index);
-                Ok(self.into_response().ok_or(gap)?)
-            }
-        };
-        Ok(SweepPoint { place, outcome })
+        Ok(SweepPoint {
+            place: self.place,
+            outcome,
+        })
     }
 
-    fn into_response(self) -> Option<Response> {
-        let regime = Regime::ALL.into_iter();
-        let told = self.regime?;
-        let regime = regime
-            .into_iter()
-            .find(|regime| regime.to_string() == told)?;
-        let exponents = self
-            .exponent_per_s
-            .iter()
-            .zip(&self.exponent_half_width_per_s);
-        let exponents = exponents.map(|(&value, &half_width)| Exponent { value, half_width });
-        let lines = self
-            .line_hz
-            .into_iter()
-            .zip(self.line_amplitude_m)
-            .zip(self.line_name);
-        let modes = self.mode_hz.into_iter().zip(self.mode_growth_per_s);
-        let modes = modes.zip(self.mode_label).zip(self.mode_unstable);
-        let section = self.section_y_m.into_iter().zip(self.section_y_2tau_m);
-        Some(Response {
-            transient: self.transient_s?,
-            settled: self.settled?,
-            amplitude: self.amplitude_m?,
-            rms_velocity: self.rms_velocity_m_per_s?,
-            peak_velocity: self.peak_velocity_m_per_s?,
-            maxima: self.maxima_m,
-            section: section.map(|(a, b)| [a, b]).collect(),
-            lines: lines
-                .map(|((frequency, amplitude), label)| SpectralLine {
-                    frequency,
-                    amplitude,
-                    label,
-                })
-                .collect(),
-            floor_share: self.floor_share?,
-            exponents: match (self.exponent_time_s, self.dimension) {
-                (Some(time), Some(dimension)) => Some(LyapunovSpectrum {
-                    exponents: exponents.collect(),
-                    time,
-                    dimension: dimension as usize,
-                    resolution: self.exponent_resolution_per_s?,
-                    kaplan_yorke: self.kaplan_yorke.map(|value| Exponent {
-                        value,
-                        half_width: self.kaplan_yorke_half_width.unwrap_or(f64::INFINITY),
-                    }),
-                }),
-                _ => None,
+    /// The columns of rows.
+    pub fn fields() -> Result<Vec<FieldRef>, serde_arrow::Error> {
+        let options = TracingOptions::default()
+            .map_as_struct(true)
+            .enums_without_data_as_strings(true);
+        Vec::from_samples(&[Self::complete(), Self::empty()], options)
+    }
+
+    /// A row without a response, which shows what may be null.
+    fn empty() -> Self {
+        Self {
+            place: Place {
+                index: 0,
+                start: Start::Cold,
+                values: vec![0.0],
             },
-            recurrence: match self.recurrence_rate {
-                Some(recurrence_rate) => Some(Measures {
-                    recurrence_rate,
-                    determinism: self.determinism,
-                    mean_diagonal: self.mean_diagonal,
-                    longest_diagonal: self.longest_diagonal? as f64,
-                    divergence: self.divergence,
-                    entropy: self.entropy,
-                    trend: self.trend,
-                    laminarity: self.laminarity,
-                    trapping_time: self.trapping_time,
-                    longest_vertical: self.longest_vertical? as f64,
-                    recurrence_time_1: self.recurrence_time_1,
-                    recurrence_time_2: self.recurrence_time_2,
-                }),
-                None => None,
-            },
-            recurrence_period: self.recurrence_period_s,
-            linear: self.tilt_rad.map(|tilt| StabilityAt {
-                tilt,
-                modes: modes
-                    .map(|(((frequency_hz, growth), label), unstable)| NamedMode {
-                        frequency_hz,
-                        growth,
-                        label,
-                        unstable,
-                    })
-                    .collect(),
+            error: None,
+            found: None,
+        }
+    }
+
+    /// A row that has everything, which shows the types of all columns.
+    fn complete() -> Self {
+        let exponent = Exponent {
+            value: 0.0,
+            half_width: 0.0,
+        };
+        let found = Response {
+            transient: 0.0,
+            settled: true,
+            amplitude: 0.0,
+            rms_velocity: 0.0,
+            peak_velocity: 0.0,
+            regime: Regime::Silent,
+            confidence: 0.0,
+            floor_share: 0.0,
+            maxima: vec![0.0],
+            section: vec![[0.0; 2]],
+            lines: vec![SpectralLine {
+                frequency: 0.0,
+                amplitude: 0.0,
+                label: String::new(),
+            }],
+            exponents: Some(LyapunovSpectrum {
+                exponents: vec![exponent],
+                time: 0.0,
+                dimension: 0,
+                resolution: 0.0,
+                kaplan_yorke: Some(exponent),
             }),
-            regime,
-            confidence: self.confidence?,
-            portrait: match (self.portrait_dt_s, self.spectrum_bin_hz) {
-                (Some(dt), Some(bin)) => Some(Portrait {
-                    dt,
-                    displacement: self.portrait_u_m,
-                    velocity: self.portrait_v_m_per_s,
-                    bin,
-                    spectrum: self.spectrum_m,
-                }),
-                _ => None,
-            },
-            state: self.state,
-            tally: Tally {
-                steps: self.steps?,
-                rejections: self.rejections?,
-                calls: self.calls?,
-                jacobians: self.jacobians?,
-                switches: self.switches?,
-                crossings: self.crossings?,
-                events: self.events?,
-                grazings: self.grazings?,
-                overrun: self.overrun?,
-            },
-        })
+            recurrence: Some(Measures {
+                recurrence_rate: 0.0,
+                determinism: Some(0.0),
+                mean_diagonal: Some(0.0),
+                longest_diagonal: 0.0,
+                divergence: Some(0.0),
+                entropy: Some(0.0),
+                trend: Some(0.0),
+                laminarity: Some(0.0),
+                trapping_time: Some(0.0),
+                longest_vertical: 0.0,
+                recurrence_time_1: Some(0.0),
+                recurrence_time_2: Some(0.0),
+            }),
+            recurrence_period: Some(0.0),
+            linear: Some(StabilityAt {
+                tilt: 0.0,
+                modes: vec![NamedMode {
+                    frequency_hz: 0.0,
+                    growth: 0.0,
+                    label: String::new(),
+                    unstable: false,
+                }],
+            }),
+            state: vec![0.0],
+            tally: Tally::default(),
+            portrait: Some(Portrait {
+                dt: 0.0,
+                displacement: vec![0.0],
+                velocity: vec![0.0],
+                bin: 0.0,
+                spectrum: vec![0.0],
+            }),
+        };
+        Self {
+            error: Some(String::new()),
+            found: Some(found),
+            ..Self::empty()
+        }
     }
 }

@@ -12,7 +12,6 @@ use std::sync::Arc;
 use arrow_array::RecordBatch;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
-use serde_arrow::schema::{SchemaLike, TracingOptions};
 use toml::Value;
 
 use super::row::Row;
@@ -462,7 +461,7 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
 
 /// The schema of all tables, with the identity of one.
 fn schema(identity: &str) -> Result<SchemaRef, serde_arrow::Error> {
-    let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default())?;
+    let fields = Row::fields()?;
     let metadata = HashMap::from([(IDENTITY.to_owned(), identity.to_owned())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, metadata)))
 }

@@ -1,0 +1,250 @@
+//! Lists of a response as columns of a table: a list for each field of what is listed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::{Measures, SpectralLine};
+use crate::dynamics::{Exponent, LyapunovSpectrum};
+use crate::joint::NamedMode;
+use crate::study::StabilityAt;
+
+/// A module for `serde(with)` that writes a type as its columns.
+macro_rules! columns {
+    ($module:ident: $type:ty as $columns:ty) => {
+        pub(super) mod $module {
+            use super::*;
+
+            pub fn serialize<S: serde::Serializer>(all: &$type, to: S) -> Result<S::Ok, S::Error> {
+                <$columns>::of(all).serialize(to)
+            }
+
+            pub fn deserialize<'de, D: serde::Deserializer<'de>>(
+                from: D,
+            ) -> Result<$type, D::Error> {
+                Ok(<$columns>::deserialize(from)?.join())
+            }
+        }
+    };
+}
+
+columns!(section: Vec<[f64; 2]> as Section);
+columns!(lines: Vec<SpectralLine> as Lines);
+columns!(exponents: Option<LyapunovSpectrum> as Maybe<Exponents>);
+columns!(recurrence: Option<Measures> as Maybe<Recurrence>);
+columns!(linear: Option<StabilityAt> as Maybe<Linear>);
+
+/// What has columns.
+trait Columns {
+    type Joined;
+    fn of(joined: &Self::Joined) -> Self;
+    fn join(self) -> Self::Joined;
+}
+
+/// Columns that may be null.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+struct Maybe<C>(Option<C>);
+
+impl<C: Columns> Columns for Maybe<C> {
+    type Joined = Option<C::Joined>;
+
+    fn of(joined: &Self::Joined) -> Self {
+        Self(joined.as_ref().map(C::of))
+    }
+
+    fn join(self) -> Self::Joined {
+        self.0.map(C::join)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Section {
+    section_y_m: Vec<f64>,
+    section_y_2tau_m: Vec<f64>,
+}
+
+impl Columns for Section {
+    type Joined = Vec<[f64; 2]>;
+
+    fn of(points: &Self::Joined) -> Self {
+        Self {
+            section_y_m: points.iter().map(|p| p[0]).collect(),
+            section_y_2tau_m: points.iter().map(|p| p[1]).collect(),
+        }
+    }
+
+    fn join(self) -> Self::Joined {
+        let points = self.section_y_m.into_iter().zip(self.section_y_2tau_m);
+        points.map(|(y, later)| [y, later]).collect()
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Lines {
+    line_hz: Vec<f64>,
+    line_amplitude_m: Vec<f64>,
+    line_name: Vec<String>,
+}
+
+impl Columns for Lines {
+    type Joined = Vec<SpectralLine>;
+
+    fn of(lines: &Self::Joined) -> Self {
+        Self {
+            line_hz: lines.iter().map(|l| l.frequency).collect(),
+            line_amplitude_m: lines.iter().map(|l| l.amplitude).collect(),
+            line_name: lines.iter().map(|l| l.label.clone()).collect(),
+        }
+    }
+
+    fn join(self) -> Self::Joined {
+        let lines = self.line_hz.into_iter().zip(self.line_amplitude_m);
+        lines
+            .zip(self.line_name)
+            .map(|((frequency, amplitude), label)| SpectralLine {
+                frequency,
+                amplitude,
+                label,
+            })
+            .collect()
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Exponents {
+    exponent_per_s: Vec<f64>,
+    exponent_half_width_per_s: Vec<f64>,
+    exponent_resolution_per_s: f64,
+    exponent_time_s: f64,
+    dimension: usize,
+    kaplan_yorke: Option<f64>,
+    kaplan_yorke_half_width: Option<f64>,
+}
+
+impl Columns for Exponents {
+    type Joined = LyapunovSpectrum;
+
+    fn of(spectrum: &LyapunovSpectrum) -> Self {
+        let exponents = &spectrum.exponents;
+        Self {
+            exponent_per_s: exponents.iter().map(|e| e.value).collect(),
+            exponent_half_width_per_s: exponents.iter().map(|e| e.half_width).collect(),
+            exponent_resolution_per_s: spectrum.resolution,
+            exponent_time_s: spectrum.time,
+            dimension: spectrum.dimension,
+            kaplan_yorke: spectrum.kaplan_yorke.map(|d| d.value),
+            kaplan_yorke_half_width: spectrum.kaplan_yorke.map(|d| d.half_width),
+        }
+    }
+
+    fn join(self) -> LyapunovSpectrum {
+        let values = self.exponent_per_s.into_iter();
+        let exponents = values.zip(self.exponent_half_width_per_s);
+        LyapunovSpectrum {
+            exponents: exponents
+                .map(|(value, half_width)| Exponent { value, half_width })
+                .collect(),
+            time: self.exponent_time_s,
+            dimension: self.dimension,
+            resolution: self.exponent_resolution_per_s,
+            kaplan_yorke: self.kaplan_yorke.map(|value| Exponent {
+                value,
+                half_width: self.kaplan_yorke_half_width.unwrap_or(f64::INFINITY),
+            }),
+        }
+    }
+}
+
+/// Recurrence measures in states, by names without a unit.
+#[derive(Serialize, Deserialize)]
+struct Recurrence {
+    recurrence_rate: f64,
+    determinism: Option<f64>,
+    mean_diagonal: Option<f64>,
+    longest_diagonal: u64,
+    divergence: Option<f64>,
+    entropy: Option<f64>,
+    trend: Option<f64>,
+    laminarity: Option<f64>,
+    trapping_time: Option<f64>,
+    longest_vertical: u64,
+    recurrence_time_1: Option<f64>,
+    recurrence_time_2: Option<f64>,
+}
+
+impl Columns for Recurrence {
+    type Joined = Measures;
+
+    fn of(measures: &Measures) -> Self {
+        Self {
+            recurrence_rate: measures.recurrence_rate,
+            determinism: measures.determinism,
+            mean_diagonal: measures.mean_diagonal,
+            longest_diagonal: measures.longest_diagonal as u64,
+            divergence: measures.divergence,
+            entropy: measures.entropy,
+            trend: measures.trend,
+            laminarity: measures.laminarity,
+            trapping_time: measures.trapping_time,
+            longest_vertical: measures.longest_vertical as u64,
+            recurrence_time_1: measures.recurrence_time_1,
+            recurrence_time_2: measures.recurrence_time_2,
+        }
+    }
+
+    fn join(self) -> Measures {
+        Measures {
+            recurrence_rate: self.recurrence_rate,
+            determinism: self.determinism,
+            mean_diagonal: self.mean_diagonal,
+            longest_diagonal: self.longest_diagonal as f64,
+            divergence: self.divergence,
+            entropy: self.entropy,
+            trend: self.trend,
+            laminarity: self.laminarity,
+            trapping_time: self.trapping_time,
+            longest_vertical: self.longest_vertical as f64,
+            recurrence_time_1: self.recurrence_time_1,
+            recurrence_time_2: self.recurrence_time_2,
+        }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Linear {
+    tilt_rad: f64,
+    mode_hz: Vec<f64>,
+    mode_growth_per_s: Vec<f64>,
+    mode_label: Vec<String>,
+    mode_unstable: Vec<bool>,
+}
+
+impl Columns for Linear {
+    type Joined = StabilityAt;
+
+    fn of(linear: &StabilityAt) -> Self {
+        let modes = &linear.modes;
+        Self {
+            tilt_rad: linear.tilt,
+            mode_hz: modes.iter().map(|m| m.frequency_hz).collect(),
+            mode_growth_per_s: modes.iter().map(|m| m.growth).collect(),
+            mode_label: modes.iter().map(|m| m.label.clone()).collect(),
+            mode_unstable: modes.iter().map(|m| m.unstable).collect(),
+        }
+    }
+
+    fn join(self) -> StabilityAt {
+        let modes = self.mode_hz.into_iter().zip(self.mode_growth_per_s);
+        let modes = modes.zip(self.mode_label).zip(self.mode_unstable);
+        StabilityAt {
+            tilt: self.tilt_rad,
+            modes: modes
+                .map(|(((frequency_hz, growth), label), unstable)| NamedMode {
+                    frequency_hz,
+                    growth,
+                    label,
+                    unstable,
+                })
+                .collect(),
+        }
+    }
+}
