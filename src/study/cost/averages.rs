@@ -1,6 +1,7 @@
 //! Knobs whose error is that of an average: invariants, exponents, recurrence quantification.
 
-use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
+use super::ground::{Ground, timed};
+use super::{CostError, CostPoint, CostSet, Knob};
 use crate::analysis::{
     DelayVectors, Measures, Norm, RateBase, RecurrenceRule, Threshold, deviation, quantify,
 };

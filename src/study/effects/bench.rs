@@ -2,7 +2,11 @@
 
 use cpu_time::{ProcessTime, ThreadTime};
 
-use super::{Cause, Watch};
+/// Why something failed.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Is told the share of the work that is done, and answers whether to go on.
+pub type Watch<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 /// Rounds in which each variant has its turn. One more comes first, which finds the caches cold and is not
 /// counted.
