@@ -73,7 +73,6 @@
 
 mod auto;
 mod control;
-mod differentiable;
 mod error;
 mod events;
 mod explicit;
@@ -94,12 +93,11 @@ mod tests;
 mod trigonometry;
 
 pub use control::{Accuracy, longest_rk4_step};
-pub use differentiable::Differentiable;
 pub use error::DynamicsError;
 pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, Sign, Stability,
 };
 pub use switching::Switching;
-pub use system::System;
+pub use system::{Differentiable, System};
 pub use tally::{ErrorEstimate, Tally};

@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
 
-use super::format::KNOWN;
 use crate::memory::MemoryShortage;
+
+/// The formats, for messages.
+const KNOWN: &str = "WAV, CSV (or other columns of text), .npy, .npz, .rrd";
 
 /// Why a file gives no signal.
 #[derive(Debug, thiserror::Error)]

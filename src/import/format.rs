@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::Problem;
 
-/// The formats, for messages.
-pub(super) const KNOWN: &str = "WAV, CSV (or other columns of text), .npy, .npz, .rrd";
+/// Bytes that are read at once.
+pub(super) const BLOCK: usize = 1 << 16;
 
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

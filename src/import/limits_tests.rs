@@ -4,6 +4,7 @@ use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 
+use super::table::MOST_COLUMNS;
 use super::tests::{npy, wav};
 use super::*;
 use crate::numpy::{Array, encode_npz};

@@ -7,8 +7,8 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::clock::Timing;
-use super::table::{Heading, Source};
-use super::{MOST_COLUMNS, Problem, units};
+use super::table::{Heading, MOST_COLUMNS, Source};
+use super::{Problem, units};
 use crate::numpy::{ArrayProblem, ArrayReader};
 
 /// Names of a number that is the sample rate.
@@ -57,10 +57,6 @@ impl<R: Read + Seek> Source for Npy<R> {
 
     fn timing(&self) -> Timing {
         Timing::Unknown
-    }
-
-    fn times(&mut self, _: &mut dyn FnMut(f64)) -> Result<(), Problem> {
-        Ok(())
     }
 
     fn samples(

@@ -9,6 +9,9 @@ use crate::memory;
 /// The largest sample: a sum of the squares of all of them is still a number.
 const LARGEST: f64 = 1e150;
 
+/// The most columns that are told apart, as many as a sheet of a spreadsheet has.
+pub(super) const MOST_COLUMNS: usize = 16_384;
+
 /// Samples under a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -136,8 +139,10 @@ pub(super) trait Source {
     /// What is said of the times.
     fn timing(&self) -> Timing;
 
-    /// Calls `each` for the time of each sample, s.
-    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem>;
+    /// Calls `each` for the time of each sample (s), where the file states them; by default it does not.
+    fn times(&mut self, _each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+        Ok(())
+    }
 
     /// Calls `each` for some samples of a column, counted from 0.
     fn samples(

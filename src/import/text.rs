@@ -14,8 +14,8 @@ use std::io::{BufRead, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use super::clock::{Timing, Uniform, uniform};
-use super::table::{Heading, Source};
-use super::{MOST_COLUMNS, Problem, units};
+use super::table::{Heading, MOST_COLUMNS, Source};
+use super::{Problem, units};
 
 /// The longest line, bytes: the most columns of 64 bytes each.
 const LONGEST_LINE: usize = 64 * MOST_COLUMNS;

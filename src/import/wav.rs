@@ -10,9 +10,10 @@
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
+use super::Problem;
 use super::clock::Timing;
+use super::format::BLOCK;
 use super::table::{Heading, Source};
-use super::{BLOCK, Problem};
 
 const FORMAT: &str = "WAV";
 
@@ -98,10 +99,6 @@ impl<R: Read + Seek> Source for Wav<R> {
 
     fn timing(&self) -> Timing {
         Timing::Rate(f64::from(self.coding.rate))
-    }
-
-    fn times(&mut self, _: &mut dyn FnMut(f64)) -> Result<(), Problem> {
-        Ok(())
     }
 
     fn samples(

@@ -1,12 +1,12 @@
 //! The derivative of the joint's force, as the tangent flow needs it.
 
-use super::Joint;
 use super::extras::Addition;
 use super::jacobian::{Assembly, Multiplied, Swept};
 use super::lanes::LANES;
 use super::lift_off::LiftOff;
 use super::record::KEPT;
-use super::traction::{MOST_MODES, PAPER_MODES};
+use super::traction::PAPER_MODES;
+use super::{Joint, MOST_MODES};
 use crate::dynamics::{Differentiable, System};
 
 /// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the

@@ -222,6 +222,46 @@ fn creep_share(x: f64) -> (f64, f64) {
     (value, slope)
 }
 
+/// The law of friction of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Friction {
+    /// No friction.
+    None,
+    /// Coulomb's constant coefficient, smoothed at rest.
+    Constant {
+        /// The curve.
+        law: Constant,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
+        radial: bool,
+    },
+    /// A Stribeck curve, smoothed at rest.
+    Stribeck {
+        /// The curve.
+        law: Stribeck,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
+        radial: bool,
+    },
+}
+
+impl Friction {
+    /// The curve, for what takes any; `None` without friction.
+    pub fn law(&self) -> Option<&dyn FrictionLaw> {
+        match self {
+            Self::None => None,
+            Self::Constant { law, .. } => Some(law),
+            Self::Stribeck { law, .. } => Some(law),
+        }
+    }
+
+    /// Whether the radial velocity takes part.
+    pub fn radial(&self) -> bool {
+        match *self {
+            Self::None => false,
+            Self::Constant { radial, .. } | Self::Stribeck { radial, .. } => radial,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

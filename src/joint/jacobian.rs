@@ -12,11 +12,11 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::Joint;
 use super::lanes::{LANES, Vector, parts};
 use super::nodes::{Nodes, Rows};
 use super::record::NodeSlopes;
-use super::traction::{MOST_MODES, PAPER_MODES};
+use super::traction::PAPER_MODES;
+use super::{Joint, MOST_MODES};
 use crate::dynamics::{Differentiable, System};
 
 impl Joint {

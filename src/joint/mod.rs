@@ -3,9 +3,9 @@
 mod assembly;
 mod causes;
 mod contact;
+mod damping;
 mod differentiable;
 mod energy;
-mod equilibrium;
 mod exponential;
 mod extras;
 mod friction;
@@ -32,18 +32,16 @@ mod tests;
 pub use assembly::{AssemblyError, BallJoint, PUBLISHED};
 pub use causes::{Cause, CauseOfGrowth, ExplainedMode};
 pub use contact::NodeAction;
+pub use damping::ContactDamping;
 pub use energy::{Energy, Power};
-pub use equilibrium::Equilibrium;
-pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
+pub use friction::{Constant, Friction, FrictionLaw, Ratio, Stribeck};
 pub use hertz::Hertz;
 pub use lanes::LANES;
-pub use model::Model;
+pub use model::{MOST_MODES, Model};
 pub use own_modes::{MOST_NODES, OwnModes, OwnModesError};
 pub use patch::{PatchPoint, patch_direction, patch_points};
 pub use spec::{
-    BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, JointSpec, Quadrature,
-    Socket, StiffnessLaw,
+    BallOnBeam, BodySpec, Contact, Frequencies, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
 pub use stability::{LinearMode, NamedMode, StabilityError};
-pub use system::Joint;
-pub use traction::MOST_MODES;
+pub use system::{Equilibrium, Joint};

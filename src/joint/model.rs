@@ -2,6 +2,9 @@
 
 use super::{ContactDamping, Friction};
 
+/// The most modes that a joint can have.
+pub const MOST_MODES: usize = 128;
+
 /// The discretised contact model at one tilt: `n` contact nodes, `m` modes, SI units, Cartesian
 /// vectors from the ball's centre. Anyone can integrate it with another program.
 #[derive(Clone, Debug, PartialEq)]

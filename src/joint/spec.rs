@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Constant, FrictionLaw, OwnModes, Stribeck};
+use super::{ContactDamping, Friction, OwnModes};
 use crate::fem::{Elements, Families, Geometry, Material};
 
 /// Everything that Eq. (1) to (8) need, apart from the tilt. Load and rotation may change with time as
@@ -110,26 +110,6 @@ pub struct Contact {
     pub damping: ContactDamping,
 }
 
-/// Damping of the contact, by the velocity `du_r/dt` at which a node is pressed in.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ContactDamping {
-    /// None.
-    #[default]
-    None,
-    /// A dashpot beside the spring while the node is closed: `N = p_n + k_c (u_r + tau du_r/dt)`. At
-    /// lift-off its force jumps.
-    KelvinVoigt {
-        /// Retardation time `tau`, s.
-        time: f64,
-    },
-    /// Damping in proportion to the spring's stress: `N = (p_n + k_c u_r) (1 + chi du_r/dt)`, which is zero
-    /// at lift-off by itself. K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440.
-    HuntCrossley {
-        /// Dissipation `chi`, s/m: an impact at a low speed `v` has the restitution `1 - 2 chi v / 3`.
-        dissipation: f64,
-    },
-}
-
 /// Quadrature of the patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case")]
@@ -149,44 +129,4 @@ pub enum StiffnessLaw {
     /// In proportion to the pre-stress, with the same total.
     #[strum(serialize = "pre-stress")]
     LikePreStress,
-}
-
-/// The law of friction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Friction {
-    /// No friction.
-    None,
-    /// Coulomb's constant coefficient, smoothed at rest.
-    Constant {
-        /// The curve.
-        law: Constant,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
-        radial: bool,
-    },
-    /// A Stribeck curve, smoothed at rest.
-    Stribeck {
-        /// The curve.
-        law: Stribeck,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
-        radial: bool,
-    },
-}
-
-impl Friction {
-    /// The curve, for what takes any; `None` without friction.
-    pub fn law(&self) -> Option<&dyn FrictionLaw> {
-        match self {
-            Self::None => None,
-            Self::Constant { law, .. } => Some(law),
-            Self::Stribeck { law, .. } => Some(law),
-        }
-    }
-
-    /// Whether the radial velocity takes part.
-    pub fn radial(&self) -> bool {
-        match *self {
-            Self::None => false,
-            Self::Constant { radial, .. } | Self::Stribeck { radial, .. } => radial,
-        }
-    }
 }

@@ -5,16 +5,13 @@ use std::sync::Arc;
 
 use pulp::Arch;
 
-use super::equilibrium::Equilibrium;
 use super::friction::{Constant, FrictionLaw, Stribeck};
 use super::lanes::LANES;
 use super::law::{Custom, Frictionless, Level, Smoothed};
 use super::lift_off::LiftOff;
 use super::nodes::Nodes;
-use super::traction::{
-    Audit, Extras, Force, MOST_MODES, OpenNodes, Passed, Query, Record, Traction,
-};
-use super::{ContactDamping, Friction, Model};
+use super::traction::{Audit, Extras, Force, OpenNodes, Passed, Query, Record, Traction};
+use super::{ContactDamping, Friction, MOST_MODES, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
 /// The law of friction in force.
@@ -65,6 +62,16 @@ impl From<Friction> for ActiveLaw {
             Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
         }
     }
+}
+
+/// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` its right side is
+/// constant, and `q_eq = force / omega^2`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// Generalised force of contact and friction, `m`.
+    pub force: Vec<f64>,
+    /// Modal coordinates, `m`, sqrt(kg) m.
+    pub q: Vec<f64>,
 }
 
 /// Eq. (8) at one tilt, in the perturbation from steady sliding: the state `z = 0` is the
@@ -120,12 +127,43 @@ impl Joint {
             omega: model.omega.clone(),
             damping: model.damping.clone(),
             probe: model.probe.clone(),
-            equilibrium: Equilibrium::unknown(m),
+            // Until it is found nothing is taken off the forces.
+            equilibrium: Equilibrium {
+                force: vec![0.0; m],
+                q: vec![0.0; m],
+            },
             audit: false,
             arch: Arch::new(),
         };
-        joint.equilibrium = Equilibrium::of(&mut joint);
+        joint.find_equilibrium();
         joint
+    }
+
+    /// Finds the equilibrium while it is unknown yet, and leaves in the nodes their steady friction.
+    fn find_equilibrium(&mut self) {
+        let omega = self.omega().to_vec();
+        let rest = vec![0.0; omega.len()];
+        let mut force = rest.clone();
+        // The very pass of the hot loop: what is subtracted there later is equal to the last bit.
+        self.traction(Query {
+            contact: self.lift_off(),
+            record: None,
+            audited: false,
+            q: &rest,
+            v: &rest,
+            force: &mut force,
+        });
+        for block in &mut self.nodes.blocks {
+            if let Some(law) = self.law.law() {
+                for lane in 0..LANES {
+                    let speed = block.speed.0[lane];
+                    let normal = block.area.0[lane] * block.pre_stress.0[lane];
+                    block.steady_friction.0[lane] = -normal * law.ratio(speed).value * speed;
+                }
+            }
+        }
+        let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
+        self.equilibrium = Equilibrium { force, q };
     }
 
     /// Switches the energy audit on: one more component of the state, the work `w`.

@@ -18,11 +18,12 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::ContactDamping;
+use super::damping::ContactDamping;
 use super::extras::{convected, viscosities};
 use super::lanes::{Eight, LANES, Place, Vector, parts};
 use super::law::Law;
 use super::lift_off::LiftOff;
+use super::model::MOST_MODES;
 use super::nodes::{Block, Nodes, Rows, View};
 use super::record::{KEPT, NodeSlopes};
 
@@ -32,9 +33,6 @@ pub(super) const TOGETHER: usize = 2;
 
 /// Number of modes in the paper: room for them is made without asking.
 pub(crate) const PAPER_MODES: usize = 11;
-
-/// The most modes that a joint can have.
-pub const MOST_MODES: usize = 128;
 
 /// What is asked of a pass over the nodes.
 pub(crate) struct Query<'a> {

@@ -14,6 +14,7 @@
 mod accept;
 mod client;
 mod guard;
+mod shared;
 mod sockets;
 #[cfg(test)]
 mod tests;
@@ -21,7 +22,6 @@ mod tests;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
-use std::time::Duration;
 
 use axum::Router;
 use axum::body::Bytes;
@@ -35,11 +35,9 @@ use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 use self::accept::Limits;
+use self::shared::{PANEL_EVERY, Shared};
 use super::bands::Bands;
 use super::session::Session;
-
-/// How often the panel is sent, if it has changed.
-const PANEL_EVERY: Duration = Duration::from_millis(50);
 
 /// Rerun's web viewer, 42 MB, from the binary.
 static VIEWER: OnceLock<WebViewerData> = OnceLock::new();
@@ -61,13 +59,6 @@ pub fn bind(host: IpAddr, port: u16) -> std::io::Result<Serving> {
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?;
     Ok(Serving { listener, address })
-}
-
-struct Shared {
-    session: Arc<Session>,
-    viewer: &'static WebViewerData,
-    address: SocketAddr,
-    bands: watch::Receiver<Bands>,
 }
 
 /// An address that can be opened: one that stands for all of a machine's cannot.

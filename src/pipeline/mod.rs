@@ -25,6 +25,7 @@ mod small;
 mod small_tests;
 mod source;
 mod stages;
+mod start;
 mod steer;
 #[cfg(test)]
 mod stop_tests;
@@ -32,7 +33,7 @@ mod twin;
 
 pub use analyse::Analyser;
 pub use error::{AnalyseError, PipelineError, RecorderGone};
-pub use pending::{KICKS_A_FRAME, Pending, TooManyKicks};
+pub use pending::{KICKS_A_FRAME, Order, Pending, TooManyKicks};
 pub use playback::Playback;
 pub use prepare::{Prepared, initial_state, prepare, prepare_on};
 // The command line takes the live runs along.
@@ -44,7 +45,8 @@ pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
-pub use source::{Source, Steerable, source, steerable};
+pub use source::{Source, Steerable};
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;
-pub use steer::{Gait, Helm, Order, Steered};
+pub use start::{source, steerable};
+pub use steer::{Gait, Helm, Steered};

@@ -1,6 +1,28 @@
 //! Commands that wait for a run: however many come, they take the room of a few.
 
-use super::steer::Order;
+/// What a steered run can be told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// Tilt the load, rad; see [`Steerable::tilt`](super::Steerable::tilt).
+    Tilt(f64),
+    /// Add a random velocity to each mode; see [`Steerable::kick`](super::Steerable::kick).
+    Kick {
+        /// Standard deviation, sqrt(kg) m/s.
+        size: f64,
+        /// Of the random numbers.
+        seed: u64,
+    },
+    /// Stop the simulated time.
+    Pause,
+    /// Let it go on.
+    Resume,
+    /// Make one frame, and stop.
+    Step,
+    /// Go at a pace from now on: simulated seconds a second, above 0.
+    Pace(f64),
+    /// End the run.
+    End,
+}
 
 /// Kicks that one frame takes, at most.
 pub const KICKS_A_FRAME: usize = 4;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use super::PipelineError;
 use super::message::{AnalysisKind, Computed, Frame, Header, SectionCoordinate, Shown, Subject};
-use super::{PipelineError, Simulation, SmallSimulation};
-use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SubjectSpec};
+use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate};
 
 /// Gives the frames of a run, one after another: a [`Simulation`](super::Simulation), or the
 /// [`Playback`](super::Playback) of a signal that somebody else made.
@@ -57,28 +57,6 @@ pub trait Steerable: Source {
 
     /// Time of the next sample, s.
     fn time(&self) -> f64;
-}
-
-/// The simulation of what a scene runs, to be steered.
-///
-/// # Errors
-/// As [`Simulation::new`] and [`SmallSimulation::new`].
-pub fn steerable(scene: &Scene) -> Result<Box<dyn Steerable>, PipelineError> {
-    Ok(match scene.subject {
-        SubjectSpec::Joint(_) => Box::new(Simulation::new(scene)?),
-        SubjectSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
-    })
-}
-
-/// The simulation of what a scene runs.
-///
-/// # Errors
-/// As [`Simulation::new`] and [`SmallSimulation::new`].
-pub fn source(scene: &Scene) -> Result<Box<dyn Source>, PipelineError> {
-    Ok(match scene.subject {
-        SubjectSpec::Joint(_) => Box::new(Simulation::new(scene)?),
-        SubjectSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
-    })
 }
 
 impl Source for Box<dyn Source> {

@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::PipelineError;
 use super::message::{Frame, Header, Shown};
-use super::pending::{Pending, TooManyKicks};
+use super::pending::{Order, Pending, TooManyKicks};
 use super::source::{Source, Steerable};
 use crate::dynamics::DynamicsError;
 use crate::scene::AnalysisSpec;
@@ -27,30 +27,6 @@ const LONGEST_FRAME: f64 = 8192.0;
 const BEHIND: Duration = Duration::from_millis(150);
 /// Wall time over which the pace that is reached is told.
 const MEASURED_OVER: Duration = Duration::from_millis(500);
-
-/// What a steered run can be told.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Order {
-    /// Tilt the load, rad; see [`Steerable::tilt`].
-    Tilt(f64),
-    /// Add a random velocity to each mode; see [`Steerable::kick`].
-    Kick {
-        /// Standard deviation, sqrt(kg) m/s.
-        size: f64,
-        /// Of the random numbers.
-        seed: u64,
-    },
-    /// Stop the simulated time.
-    Pause,
-    /// Let it go on.
-    Resume,
-    /// Make one frame, and stop.
-    Step,
-    /// Go at a pace from now on: simulated seconds a second, above 0.
-    Pace(f64),
-    /// End the run.
-    End,
-}
 
 /// What a steered run is doing now.
 #[derive(Clone, Copy, Debug, PartialEq)]

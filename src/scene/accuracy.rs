@@ -3,67 +3,13 @@
 use super::error::{Fault, Place, SceneError};
 use toml_edit::Value;
 
-use super::schema::kind::Text;
-use super::schema::{Key, Otherwise, join};
+use super::schema::join;
 use super::spec::Scene;
-use crate::dynamics::MethodName;
+use super::tables::accuracy::ADVICE;
 
 /// The longest step of an advised method that chooses its own, s: a limit in the way of none. Advice is
 /// found with it.
 pub const LONGEST_STEP: f64 = 1e-4;
-
-/// Keys of advice on the integrator, by the error.
-pub(super) static ADVICE: [(f64, Key<Text>); 4] = [
-    (
-        1e-2,
-        advice(
-            "error_1e-2",
-            "The cheapest integrator for an error of 1e-2 of the state, such as `lawson54 1e-3`: its name and tolerance (of `rk4` its step in s), which `--accuracy 1e-2` takes. `squeakscope cost --write` finds it.",
-        ),
-    ),
-    (1e-3, advice("error_1e-3", "For 1e-3.")),
-    (1e-4, advice("error_1e-4", "For 1e-4.")),
-    (1e-6, advice("error_1e-6", "For 1e-6.")),
-];
-
-const fn advice(name: &'static str, meaning: &'static str) -> Key<Text> {
-    Key {
-        name,
-        meaning,
-        otherwise: Otherwise::Else("no advice"),
-        kind: Text,
-    }
-}
-
-/// The cheapest setting of the integrator for an error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Advised {
-    /// The error of the state over a few milliseconds, relative to its size.
-    pub error: f64,
-    /// The method.
-    pub method: MethodName,
-    /// Its tolerance, or its step in s where it is fixed.
-    pub value: f64,
-}
-
-impl Advised {
-    /// Reads `lawson54 1e-4`.
-    pub(super) fn read(error: f64, text: &str) -> Option<Self> {
-        let (name, value) = text.split_once(' ')?;
-        let method: MethodName = name.parse().ok()?;
-        let value: f64 = value.trim().parse().ok()?;
-        // As of the keys that will take it.
-        let sound = match method.has_fixed_step() {
-            true => (1e-9..=1e-3).contains(&value),
-            false => (1e-13..=1e-2).contains(&value),
-        };
-        sound.then_some(Self {
-            error,
-            method,
-            value,
-        })
-    }
-}
 
 impl Scene {
     /// The same scene with advice on its integrator: the error, the method by its name, its tolerance or
@@ -132,6 +78,8 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::MethodName;
+    use crate::scene::Advised;
 
     #[test]
     fn scenes_with_advice_take_that_for_1e_4_by_default() {

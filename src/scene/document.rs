@@ -11,13 +11,15 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use super::error::{CLOSE, Fault, Place, SceneError, VERY_CLOSE, nearest};
 use super::schema::kind::{Kind, Mismatch, Tables};
-use super::schema::{Key, Otherwise, SCHEMA, join, split};
+use super::schema::{Key, Otherwise, Schema, join, split};
 
 /// A parsed scene file in which every key is known.
 pub(super) struct Document<'t> {
     file: &'t str,
     text: &'t str,
     root: DeTable<'t>,
+    /// The keys that it can have.
+    pub schema: &'static Schema,
 }
 
 /// A table of a scene file, given or not; or one of a list of tables, such as a knot of `[[load.tilt]]`.
@@ -32,8 +34,12 @@ pub(super) struct Table<'d> {
 }
 
 impl<'t> Document<'t> {
-    /// Parses a text and refuses unknown keys. `file` names the source in messages.
-    pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
+    /// Parses a text and refuses keys that the schema has not. `file` names the source in messages.
+    pub fn parse(
+        file: &'t str,
+        text: &'t str,
+        schema: &'static Schema,
+    ) -> Result<Self, SceneError> {
         let root = DeTable::parse(text).map_err(|error| {
             let message = error.message().replace('\n', " ");
             let line = error.span().map(|span| line_of(text, span.start));
@@ -46,6 +52,7 @@ impl<'t> Document<'t> {
             file,
             text,
             root: root.into_inner(),
+            schema,
         };
         document.refuse_unknown(&document.root, "")?;
         Ok(document)
@@ -111,7 +118,7 @@ impl<'t> Document<'t> {
     fn at<'d>(&'d self, path: &'d str) -> Option<&'d Spanned<DeValue<'d>>> {
         if cfg!(test) {
             assert!(
-                SCHEMA.find(path).is_some() || SCHEMA.has_table(path),
+                self.schema.find(path).is_some() || self.schema.has_table(path),
                 "{path}"
             );
         }
@@ -137,8 +144,8 @@ impl<'t> Document<'t> {
         entries.sort_by_key(|(name, _)| name.span().start);
         for (name, value) in entries {
             let full = join(path, name.get_ref());
-            let is_key = SCHEMA.find(&full).is_some();
-            let is_table = SCHEMA.has_table(&full);
+            let is_key = self.schema.find(&full).is_some();
+            let is_table = self.schema.has_table(&full);
             match (value.get_ref(), is_key, is_table) {
                 (_, false, false) => {
                     return Err(self.unknown(path, name));
@@ -162,9 +169,9 @@ impl<'t> Document<'t> {
     fn unknown(&self, table: &str, name: &Spanned<DeString<'_>>) -> SceneError {
         // As written and shortened, since a name can be as long as the file.
         let name_written = self.excerpt(name.span());
-        let siblings = SCHEMA.names_in(table);
+        let siblings = self.schema.names_in(table);
         let named = |wanted: &str| {
-            let mut paths = SCHEMA.paths();
+            let mut paths = self.schema.paths();
             let found = paths.find(|path| split(path).1 == wanted);
             found.map(str::to_owned)
         };
@@ -173,7 +180,7 @@ impl<'t> Document<'t> {
             nearest(&name_written, siblings, close).map(|name| join(table, name))
         };
         let anywhere = || {
-            let names = SCHEMA.0.iter().map(|declared| declared.key.name);
+            let names = self.schema.0.iter().map(|declared| declared.key.name);
             nearest(&name_written, names, VERY_CLOSE).and_then(named)
         };
         // A likely misspelling of a key of this table, else the right name in the wrong table, else what
@@ -283,7 +290,11 @@ impl<'d> Table<'d> {
     /// The error of a key that must be given here and is not.
     fn missing(self, name: &str) -> SceneError {
         let key = self.path_of(name);
-        let declared = SCHEMA.find(&key).expect("a key of this table");
+        let declared = self
+            .document
+            .schema
+            .find(&key)
+            .expect("a key of this table");
         let expected = declared.key.expected_if_missing();
         Fault::Missing { key, expected }.at(self.place())
     }
@@ -292,7 +303,11 @@ impl<'d> Table<'d> {
     pub fn list(self, key: &'d Key<Tables>) -> Result<Vec<Table<'d>>, SceneError> {
         self.find(key)?;
         let path = self.path_of(key.name);
-        let declared = SCHEMA.find(&path).expect("a key of this table");
+        let declared = self
+            .document
+            .schema
+            .find(&path)
+            .expect("a key of this table");
         let list = self.given.and_then(|table| table.get(key.name));
         let items = list.and_then(|list| list.get_ref().as_array());
         let element = |item: &'d Spanned<DeValue<'d>>| Table {
@@ -315,6 +330,26 @@ impl<'d> Table<'d> {
             let fault = mismatch.fault(self.path_of(key.name), key.kind.expected(), found);
             fault.at(document.place(value.span().start))
         })
+    }
+}
+
+/// What the keys of a table say.
+pub(super) trait FromTable: Sized {
+    /// Adds its keys to those of all tables.
+    fn declare(schema: &mut Schema, table: &str);
+
+    /// Reads its keys; what is not given has its default.
+    fn read(table: Table<'_>) -> Result<Self, SceneError>;
+}
+
+/// A table that may be absent.
+impl<T: FromTable> FromTable for Option<T> {
+    fn declare(schema: &mut Schema, table: &str) {
+        T::declare(schema, table);
+    }
+
+    fn read(table: Table<'_>) -> Result<Self, SceneError> {
+        table.is_given().then(|| T::read(table)).transpose()
     }
 }
 

@@ -2,13 +2,16 @@
 
 mod accuracy;
 mod document;
+mod edit;
 mod error;
 mod mechanism;
 mod overrides;
 mod parameter;
+mod parse;
 mod presets;
 mod schedule;
 mod schema;
+mod setting;
 mod spec;
 mod subject;
 mod tables;
@@ -16,18 +19,18 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use accuracy::{Advised, LONGEST_STEP};
+pub use accuracy::LONGEST_STEP;
 pub use error::{Fault, Place, SceneError, SceneWarning};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use schema::key_reference;
-pub use spec::{Scene, SectionSurface, Setting, StateCoordinate};
+pub use setting::{SectionSurface, Setting, StateCoordinate};
+pub use spec::Scene;
 pub use subject::{Held, Loading, ScaledRotation, SmallSystem, SubjectSpec, TiltedJoint};
 pub use tables::analysis::{
     AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, ExponentsSpec, NearnessSpec,
     QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec, SlidingSpec, SpectrogramSpec,
     SpectrumSpec,
 };
-pub use tables::{Events, Integrator, RecordSpec, Start};
+pub use tables::{Advised, Events, Integrator, RecordSpec, Start, key_reference};

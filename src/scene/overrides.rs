@@ -2,12 +2,11 @@
 
 use super::error::{Place, SceneError, SceneWarning};
 use super::schedule::Schedule;
-use super::schema::SCHEMA;
 use super::schema::kind::Kind;
 use super::spec::Scene;
 use super::tables::analysis::AnalysisSpec;
 use super::tables::load::{FACTOR, LOAD, TILT};
-use super::tables::{patch_stays, shown_mechanism, sliding};
+use super::tables::{SCHEMA, patch_stays, shown_mechanism, sliding};
 use crate::joint::Friction;
 
 impl Scene {

@@ -1,10 +1,13 @@
 //! The validated scene.
 
-use super::accuracy::Advised;
+use std::sync::Arc;
+
+use super::error::SceneError;
 use super::mechanism::Mechanism;
-use super::subject::SubjectSpec;
+use super::subject::{SmallSystem, SubjectSpec, TiltedJoint};
 use super::tables::analysis::AnalysisSpec;
-use super::tables::{Integrator, RecordSpec, Start};
+use super::tables::{Advised, Integrator, RecordSpec, Start};
+use crate::joint::{BallOnBeam, BodySpec, OwnModes};
 
 /// A validated scene. SI units and radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,64 +47,67 @@ impl Scene {
     pub fn samples(&self) -> u64 {
         (self.duration * self.sample_rate).round().max(1.0) as u64
     }
-}
 
-/// A value that the scene gives or the signal decides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Setting<T> {
-    /// As given.
-    Given(T),
-    /// As [`AnalysisSpec::delay`] last chose it; there is none before its first choice.
-    Auto,
-}
-
-impl<T> Setting<T> {
-    /// The value given, or else another.
-    pub fn or(self, auto: T) -> T {
-        match self {
-            Self::Given(value) => value,
-            Self::Auto => auto,
+    /// The joint and what acts on it.
+    ///
+    /// # Errors
+    /// [`SceneError::NoJoint`] when the scene runs a small system.
+    pub fn joint(&self) -> Result<&TiltedJoint, SceneError> {
+        match &self.subject {
+            SubjectSpec::Joint(joint) => Ok(joint),
+            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
         }
     }
 
-    /// The same in other terms.
-    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Setting<U> {
-        match self {
-            Self::Given(value) => Setting::Given(convert(value)),
-            Self::Auto => Setting::Auto,
+    /// The joint and what acts on it, to be changed. Nothing checks the result.
+    ///
+    /// # Errors
+    /// [`SceneError::NoJoint`] when the scene runs a small system.
+    pub fn joint_mut(&mut self) -> Result<&mut TiltedJoint, SceneError> {
+        match &mut self.subject {
+            SubjectSpec::Joint(joint) => Ok(joint),
+            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
+        }
+    }
+
+    /// Ball and beam, whose mesh and contact patch are made here.
+    ///
+    /// # Errors
+    /// When the scene has no joint, or takes modes and patch from a file.
+    pub fn ball_on_beam(&self) -> Result<&BallOnBeam, SceneError> {
+        match &self.joint()?.spec.body {
+            BodySpec::BallOnBeam(body) => Ok(body),
+            BodySpec::Own(modes) => Err(SceneError::NoBeam {
+                scene: self.name.clone(),
+                file: modes.name().to_owned(),
+            }),
+        }
+    }
+
+    /// [`Scene::ball_on_beam`], to be changed. Nothing checks the result.
+    ///
+    /// # Errors
+    /// As [`Scene::ball_on_beam`].
+    pub fn ball_on_beam_mut(&mut self) -> Result<&mut BallOnBeam, SceneError> {
+        self.ball_on_beam()?;
+        match &mut self.joint_mut()?.spec.body {
+            BodySpec::BallOnBeam(body) => Ok(body),
+            BodySpec::Own(_) => unreachable!("refused above"),
+        }
+    }
+
+    /// The modes from a file, if the scene takes them from one.
+    pub fn own_modes(&self) -> Option<&Arc<OwnModes>> {
+        match &self.joint().ok()?.spec.body {
+            BodySpec::BallOnBeam(_) => None,
+            BodySpec::Own(modes) => Some(modes),
         }
     }
 }
 
-/// The surface of a Poincare section, and what is shown of a passage.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SectionSurface {
-    /// `y(t + lag) = level` of the delay trajectory (Fig. 10); shown are `(y(t), y(t + 2 lag))`.
-    Delay {
-        /// Delay, s.
-        lag: Setting<f64>,
-        /// Level of the displacement, m.
-        level: f64,
-    },
-    /// The plane `normal_q . q + normal_qdot . dq/dt = offset` of the modal state. Modes that a
-    /// normal does not reach have a zero in it. A signal without modes has no such section.
-    State {
-        /// Components of the normal along the modal coordinates.
-        normal_q: Vec<f64>,
-        /// Components of the normal along the modal velocities, s.
-        normal_qdot: Vec<f64>,
-        /// Offset, sqrt(kg) m.
-        offset: f64,
-        /// The two coordinates shown, sqrt(kg) m or sqrt(kg) m/s.
-        shown: [StateCoordinate; 2],
-    },
-}
-
-/// A coordinate of the modal state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StateCoordinate {
-    /// Modal coordinate of the mode with this index, from 0.
-    Q(usize),
-    /// Modal velocity of the mode with this index, from 0.
-    Qdot(usize),
+fn no_joint(scene: &str, small: &SmallSystem) -> SceneError {
+    SceneError::NoJoint {
+        scene: scene.to_owned(),
+        subject: small.words(),
+    }
 }

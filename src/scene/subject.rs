@@ -1,13 +1,9 @@
 //! What a scene runs: the ball joint, or a small system.
 
-use std::sync::Arc;
-
 use serde::Serialize;
 
-use super::error::SceneError;
 use super::schedule::Schedule;
-use super::spec::Scene;
-use crate::joint::{BallOnBeam, BodySpec, JointSpec, OwnModes};
+use crate::joint::JointSpec;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// What is run.
@@ -200,70 +196,5 @@ impl SubjectSpec {
             Self::Joint(joint) => joint.spec.body.modes(),
             Self::Small(small) => small.modes(),
         }
-    }
-}
-
-impl Scene {
-    /// The joint and what acts on it.
-    ///
-    /// # Errors
-    /// [`SceneError::NoJoint`] when the scene runs a small system.
-    pub fn joint(&self) -> Result<&TiltedJoint, SceneError> {
-        match &self.subject {
-            SubjectSpec::Joint(joint) => Ok(joint),
-            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
-        }
-    }
-
-    /// The joint and what acts on it, to be changed. Nothing checks the result.
-    ///
-    /// # Errors
-    /// [`SceneError::NoJoint`] when the scene runs a small system.
-    pub fn joint_mut(&mut self) -> Result<&mut TiltedJoint, SceneError> {
-        match &mut self.subject {
-            SubjectSpec::Joint(joint) => Ok(joint),
-            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
-        }
-    }
-
-    /// Ball and beam, whose mesh and contact patch are made here.
-    ///
-    /// # Errors
-    /// When the scene has no joint, or takes modes and patch from a file.
-    pub fn ball_on_beam(&self) -> Result<&BallOnBeam, SceneError> {
-        match &self.joint()?.spec.body {
-            BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Own(modes) => Err(SceneError::NoBeam {
-                scene: self.name.clone(),
-                file: modes.name().to_owned(),
-            }),
-        }
-    }
-
-    /// [`Scene::ball_on_beam`], to be changed. Nothing checks the result.
-    ///
-    /// # Errors
-    /// As [`Scene::ball_on_beam`].
-    pub fn ball_on_beam_mut(&mut self) -> Result<&mut BallOnBeam, SceneError> {
-        self.ball_on_beam()?;
-        match &mut self.joint_mut()?.spec.body {
-            BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Own(_) => unreachable!("refused above"),
-        }
-    }
-
-    /// The modes from a file, if the scene takes them from one.
-    pub fn own_modes(&self) -> Option<&Arc<OwnModes>> {
-        match &self.joint().ok()?.spec.body {
-            BodySpec::BallOnBeam(_) => None,
-            BodySpec::Own(modes) => Some(modes),
-        }
-    }
-}
-
-fn no_joint(scene: &str, small: &SmallSystem) -> SceneError {
-    SceneError::NoJoint {
-        scene: scene.to_owned(),
-        subject: small.words(),
     }
 }

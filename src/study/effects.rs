@@ -10,6 +10,7 @@
 //! before the first sample, is not part of the cost of a simulated second, and is told apart.
 
 mod bench;
+mod effect;
 mod joint;
 #[cfg(test)]
 mod tests;
@@ -17,48 +18,16 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-pub use bench::Measured;
 use bench::{Bench, Rounds, timed};
+pub use bench::{Cause, Measured};
+use effect::words;
+pub use effect::{Effect, Untold};
 use joint::of_the_joint;
 
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
 use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 use crate::study::Watch;
-
-/// An effect in a scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Effect {
-    /// What it is called.
-    pub name: &'static str,
-    /// The table or key of a scene that calls for it.
-    pub key: &'static str,
-    /// Whether the scene does.
-    pub on: bool,
-    /// How, in words; empty where it is off.
-    pub setting: String,
-    /// CPU time that it takes, or would take, of a simulated second, s; or why that cannot be told.
-    pub cost: Result<Measured, Untold>,
-    /// CPU time that it takes once, before the first sample, s; `None` where it takes none worth telling.
-    pub setup: Option<Measured>,
-}
-
-/// Why the cost of an effect cannot be told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Untold {
-    /// Nothing comes of it in a run this short.
-    #[error("the run is shorter than its window")]
-    ShorterThanWindow,
-    /// What a recording takes once is far more than what so short a run takes.
-    #[error("the run is too short to tell")]
-    TooShort,
-    /// The scene's file leaves no room for its table.
-    #[error("its table cannot be added to this scene")]
-    NoRoom,
-    /// Others take their choices from it.
-    #[error("others take their choices from it")]
-    Needed,
-}
 
 /// The effects of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,9 +43,6 @@ pub struct Effects {
     /// CPU time of a call, s.
     pub call: f64,
 }
-
-/// Why something failed.
-pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Runs a scene with its analyses, and records it where nobody looks.
 pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
@@ -440,13 +406,6 @@ fn of_the_pictures(
         });
     }
     Ok(Some(effects))
-}
-
-fn words(on: bool, setting: &str) -> String {
-    match on {
-        true => setting.to_owned(),
-        false => String::new(),
-    }
 }
 
 /// The scene with an analysis of the usual numbers, if it has not got it; `None` where its file leaves no

@@ -39,7 +39,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::scaling::scaling_region;
+use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
 
@@ -104,31 +104,6 @@ impl DivergenceSearch {
             most_references: 2000,
         }
     }
-}
-
-/// The part of the curve that is a straight line.
-///
-/// It ends a factor `e` below the largest distance, grows by a factor of `e^1.5` at least and by
-/// half of the growth up to there, lasts a Theiler window and bends by an eighth of its slope at
-/// most; of all such stretches it is the one with the largest length over mean square residual.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ScalingRegion {
-    /// Begin of the region, samples.
-    #[serde(rename = "from_s")]
-    pub from: f64,
-    /// End of the region, samples.
-    #[serde(rename = "to_s")]
-    pub to: f64,
-    /// Slope, 1/sample: the largest exponent, per sample.
-    #[serde(rename = "exponent_per_s")]
-    pub slope: f64,
-    /// Standard error of the slope, 1/sample: how far the slopes of other stretches lie that
-    /// might be taken for the region (a bound, over the root of 3), and the scatter among 16
-    /// parts of the signal, added in squares. Not in it: that flows of few samples come out low.
-    #[serde(rename = "error_per_s")]
-    pub error: f64,
-    /// Value of the line at step 0.
-    pub intercept: f64,
 }
 
 /// How neighbours part.

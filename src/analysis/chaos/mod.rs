@@ -23,7 +23,8 @@ mod divergence;
 mod scaling;
 mod zero_one;
 
-pub use divergence::{Divergence, DivergenceMethod, DivergenceSearch, ScalingRegion, divergence};
+pub use divergence::{Divergence, DivergenceMethod, DivergenceSearch, divergence};
+pub use scaling::ScalingRegion;
 pub use zero_one::{ZeroOne, ZeroOneTest, zero_one};
 
 /// A difference below this share of the largest sample is rounding, not motion.

@@ -20,7 +20,32 @@
 //! the deviation if all within that reach is equally likely; and the scatter among stretches of
 //! the signal (the method of batch means).
 
-use super::ScalingRegion;
+use serde::{Deserialize, Serialize};
+
+/// The part of the curve that is a straight line.
+///
+/// It ends a factor `e` below the largest distance, grows by a factor of `e^1.5` at least and by
+/// half of the growth up to there, lasts a Theiler window and bends by an eighth of its slope at
+/// most; of all such stretches it is the one with the largest length over mean square residual.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScalingRegion {
+    /// Begin of the region, samples.
+    #[serde(rename = "from_s")]
+    pub from: f64,
+    /// End of the region, samples.
+    #[serde(rename = "to_s")]
+    pub to: f64,
+    /// Slope, 1/sample: the largest exponent, per sample.
+    #[serde(rename = "exponent_per_s")]
+    pub slope: f64,
+    /// Standard error of the slope, 1/sample: how far the slopes of other stretches lie that
+    /// might be taken for the region (a bound, over the root of 3), and the scatter among 16
+    /// parts of the signal, added in squares. Not in it: that flows of few samples come out low.
+    #[serde(rename = "error_per_s")]
+    pub error: f64,
+    /// Value of the line at step 0.
+    pub intercept: f64,
+}
 
 /// How far below its highest value the curve must stay, natural logarithm.
 const BELOW_TOP: f64 = 1.0;

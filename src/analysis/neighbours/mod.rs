@@ -21,21 +21,13 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+pub use self::search::Neighbour;
 use self::search::{Best, City, Euclid, Largest, Metric, Query};
 use self::tree::{BUCKET, Bucket, Tree};
 use super::{DelayVectors, Norm};
 
 /// Buckets that one task of [`NeighbourTree::nearest_all`] answers for.
 const BUCKETS_A_TASK: usize = 32;
-
-/// A neighbour.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Neighbour {
-    /// Index of the vector.
-    pub index: usize,
-    /// Distance, in the signal's unit.
-    pub distance: f64,
-}
 
 /// A k-d tree over delay vectors.
 ///

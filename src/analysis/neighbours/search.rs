@@ -5,8 +5,16 @@
 //! instructions.
 
 use super::super::DelayVectors;
-use super::Neighbour;
 use super::tree::{BUCKET, Bounds, NOBODY, PARTS, Span, Tree};
+
+/// A neighbour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Index of the vector.
+    pub index: usize,
+    /// Distance, in the signal's unit.
+    pub distance: f64,
+}
 
 /// A norm, as a sum of something over the coordinates.
 pub(super) trait Metric {

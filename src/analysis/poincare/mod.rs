@@ -9,6 +9,7 @@
 //! points, a torus fills a closed curve, chaos an arc or a cloud. [`SectionShape`] says which,
 //! [`clusters`] counts the points.
 
+mod crossing;
 mod finder;
 mod interpolation;
 mod shape;
@@ -17,43 +18,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{AnalysisError, DelayVectors};
 
+pub use crossing::{Crossing, Direction};
 pub use finder::SectionFinder;
 pub use shape::{Clusters, SectionShape, clusters, section_shape};
-
-/// Which way through the surface counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
-#[strum(serialize_all = "kebab-case")]
-pub enum Direction {
-    /// From negative to positive.
-    #[default]
-    Rising,
-    /// From positive to negative.
-    Falling,
-    /// Both.
-    Both,
-}
-
-impl Direction {
-    /// Whether a passage this way counts.
-    fn counts(self, rising: bool) -> bool {
-        match self {
-            Self::Rising => rising,
-            Self::Falling => !rising,
-            Self::Both => true,
-        }
-    }
-}
-
-/// One passage.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Crossing {
-    /// When, in samples from the first one; fractional.
-    pub sample: f64,
-    /// Where: the value of each channel then.
-    pub point: Vec<f64>,
-    /// Whether it went from negative to positive.
-    pub rising: bool,
-}
 
 /// A passage as a point of the section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

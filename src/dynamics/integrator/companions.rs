@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::checks::check_size;
-use super::neighbour::Neighbour;
-use super::{Engine, Integrator};
+use super::{Engine, Integrator, Neighbour};
 use crate::dynamics::pace::{Pace, Progress};
 use crate::dynamics::stepper::Stepper;
 use crate::dynamics::tangents::Tangents;

@@ -11,8 +11,8 @@ mod neighbour;
 use checks::{check_modes, check_size};
 use engine::{Engine, LACKS_DERIVATIVE};
 pub use method::{Method, MethodName};
-use neighbour::Neighbour;
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -47,6 +47,25 @@ pub struct Integrator {
     neighbour: Option<Neighbour>,
     /// Looked at before each step, if any.
     stop: Option<Arc<AtomicBool>>,
+}
+
+/// A motion that ends its steps where another one does, and between them only at its own events. It holds an
+/// [`Integrator`], as an integrator holds it.
+#[derive(Clone, Debug)]
+struct Neighbour {
+    follower: Box<Integrator>,
+    /// Since when it is there, s.
+    born: f64,
+    /// The first motion's steps that it has still to take.
+    ends: VecDeque<Taken>,
+}
+
+/// A step that the first motion has taken.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    /// Its end, s.
+    end: f64,
+    is_implicit: bool,
 }
 
 impl Integrator {

@@ -7,30 +7,12 @@
 
 use std::collections::VecDeque;
 
-use super::Integrator;
+use super::{Integrator, Neighbour, Taken};
 use crate::dynamics::control::Control;
 use crate::dynamics::{DynamicsError, System};
 
 /// The neighbour waits at most this many steps for someone to look at it.
 const BEHIND: usize = 64;
-
-/// A motion that ends its steps where another one does, and between them only at its own events.
-#[derive(Clone, Debug)]
-pub(super) struct Neighbour {
-    follower: Box<Integrator>,
-    /// Since when it is there, s.
-    born: f64,
-    /// The first motion's steps that it has still to take.
-    ends: VecDeque<Taken>,
-}
-
-/// A step that the first motion has taken.
-#[derive(Clone, Copy, Debug)]
-struct Taken {
-    /// Its end, s.
-    end: f64,
-    is_implicit: bool,
-}
 
 impl Neighbour {
     /// A copy of a motion, from the state `z` on.

@@ -10,6 +10,7 @@
 mod coefficients;
 mod quadrature;
 mod resolvent;
+mod sdirk;
 mod tangents;
 
 use super::control::{Rule, Size};
@@ -259,7 +260,7 @@ impl Stepper for Rosenbrock {
     }
 
     fn record<Y: System + ?Sized>(&mut self, _sys: &Y) -> usize {
-        tangents::STAGES
+        sdirk::STAGES
     }
 
     fn forget_records(&mut self) {}

@@ -4,29 +4,15 @@
 //! very stages that the state has gone through, with an implicit one by a method of their own along
 //! the dense output of the step.
 
+mod bundle;
 mod frame;
 mod saltation;
 
 use super::stepper::Stepper;
 use super::{DynamicsError, Switching, System, Tally, lyapunov::Growth};
+pub(super) use bundle::Bundle;
 use frame::Frame;
 pub(super) use saltation::{Crossing, Saltation};
-
-/// Tangent vectors on their way through a step, side by side, component after component: component
-/// `c` of vector `l` is at `c * width + l`.
-#[derive(Clone, Debug)]
-pub(super) struct Bundle {
-    /// The number of vectors.
-    pub width: usize,
-    /// At the start of the last step.
-    pub start: Vec<f64>,
-    /// At the end of the last step, `tangent_dim x width`.
-    pub end: Vec<f64>,
-    /// At a stage.
-    pub stage: Vec<f64>,
-    /// Slopes at the stages, `stages x tangent_dim x width`.
-    pub slopes: Vec<f64>,
-}
 
 /// Tangent vectors, and what becomes of them.
 #[derive(Clone, Debug)]

@@ -14,7 +14,7 @@ use tokio::time::MissedTickBehavior;
 
 use super::accept::Seat;
 use super::client::{Client, Gone};
-use super::{PANEL_EVERY, Shared};
+use super::shared::{PANEL_EVERY, Shared};
 use crate::live::command::{Command, HARD, KICKS, PACES};
 use crate::live::flow::Flow;
 use crate::live::hub::{Name, News, Ticket};

@@ -6,7 +6,8 @@
 //!
 //! [`TwinSamples::floor`]: crate::pipeline::message::TwinSamples::floor
 
-use super::stage::{Context, Emit, Stage, samples};
+use super::clock::samples;
+use super::stage::{Context, Emit, Stage};
 use crate::analysis::LineFit;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Observation, Parting, PartingLine, Record, Summary};

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::choices::Unfolding;
-use super::stage::{Stage, samples};
+use super::clock::samples;
+use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
 use crate::analysis::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
 use crate::pipeline::message::Record;

@@ -3,7 +3,7 @@
 use crate::analysis::DelayChoice;
 use crate::scene::{DelaySpec, EmbeddingSpec, Setting};
 
-use super::stage::samples;
+use super::clock::samples;
 
 /// Delay and dimension of delay vectors, Eq. (25).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! The results of the run, from its last window.
 
+use super::clock::samples;
 use super::reading::{LINE_WINDOW, Reading, half_range, peak_magnitude};
-use super::stage::{Context, Emit, Stage, samples};
+use super::stage::{Context, Emit, Stage};
 use crate::analysis::{History, SpectrumAnalyser};
 use crate::dynamics::Tally;
 use crate::pipeline::error::AnalyseError;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::stage::{Stage, samples};
+use super::clock::samples;
+use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
 use crate::analysis::{DelaySearch, choose_delay};
 use crate::pipeline::message::Record;

@@ -5,6 +5,7 @@ mod butterfly;
 mod chaos;
 mod chatter;
 mod choices;
+mod clock;
 mod closing;
 mod delay;
 mod exponents;

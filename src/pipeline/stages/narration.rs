@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
+use super::clock::samples;
 use super::narrator::{Heard, Narrator};
-use super::stage::{Stage, samples};
+use super::stage::Stage;
 use super::windowed::{Channels, Windowed};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::message::{Circumstances, Frame, JointInfo, Observation, Record};

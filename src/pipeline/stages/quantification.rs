@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 
 use super::choices::Unfolding;
-use super::stage::{Stage, samples};
+use super::clock::samples;
+use super::stage::Stage;
 use super::thinning::EveryStep;
 use super::windowed::{Windowed, input};
 use crate::analysis::{DelayVectors, RateBase, RecurrenceRule, SlidingWindow, quantify};

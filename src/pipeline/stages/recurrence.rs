@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::choices::{Embedding, Unfolding};
-use super::stage::{Stage, samples};
+use super::clock::samples;
+use super::stage::Stage;
 use super::windowed::{Windowed, displacement};
 use crate::analysis::{DelayVectors, RecurrenceImage, RecurrencePlot, SlidingWindow};
 use crate::pipeline::message::Record;

@@ -1,6 +1,7 @@
 //! Spectrogram of the probe's velocity, a column at a time.
 
-use super::stage::{Stage, samples};
+use super::clock::samples;
+use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser, Window};
 use crate::pipeline::message::Record;

@@ -1,7 +1,8 @@
 //! Sliding amplitude spectrum of the probe's velocity, its lines named.
 
+use super::clock::samples;
 use super::reading::{LINE_WINDOW, Reading};
-use super::stage::{Stage, samples};
+use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::message::Record;

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::stage::{Context, Emit, Stage, samples};
+use super::clock::samples;
+use super::stage::{Context, Emit, Stage};
 use crate::analysis::SlidingWindow;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::Frame;

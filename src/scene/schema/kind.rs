@@ -9,7 +9,7 @@ use toml::de::DeValue;
 
 use super::unit::{ONE, Unit};
 use crate::scene::error::{CLOSE, Fault, nearest};
-use crate::scene::spec::{Setting, StateCoordinate};
+use crate::scene::setting::{Setting, StateCoordinate};
 
 /// Why a value cannot be taken.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use toml::de::DeValue;
 
 use super::kind::*;
 use super::unit::DEGREE;
-use crate::scene::spec::{Setting, StateCoordinate};
+use crate::scene::setting::{Setting, StateCoordinate};
 
 fn read<K: Kind>(kind: &K, text: &str) -> Result<K::Value, Mismatch> {
     kind.read(DeValue::parse(text).expect("valid TOML").get_ref())

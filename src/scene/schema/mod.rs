@@ -10,10 +10,6 @@ pub mod kind;
 mod kind_tests;
 pub mod unit;
 
-use std::sync::LazyLock;
-
-use super::document::Table;
-use super::error::SceneError;
 use kind::Kind;
 
 /// One key of a table.
@@ -112,33 +108,6 @@ impl Schema {
     }
 }
 
-/// All keys of all tables.
-pub static SCHEMA: LazyLock<Schema> = LazyLock::new(|| {
-    let mut schema = Schema::default();
-    super::tables::declare(&mut schema);
-    schema
-});
-
-/// What the keys of a table say.
-pub trait FromTable: Sized {
-    /// Adds its keys to those of all tables.
-    fn declare(schema: &mut Schema, table: &str);
-
-    /// Reads its keys; what is not given has its default.
-    fn read(table: Table<'_>) -> Result<Self, SceneError>;
-}
-
-/// A table that may be absent.
-impl<T: FromTable> FromTable for Option<T> {
-    fn declare(schema: &mut Schema, table: &str) {
-        T::declare(schema, table);
-    }
-
-    fn read(table: Table<'_>) -> Result<Self, SceneError> {
-        table.is_given().then(|| T::read(table)).transpose()
-    }
-}
-
 /// The table and the name of a dotted path.
 pub fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
@@ -152,30 +121,8 @@ pub fn join(table: &str, name: &str) -> String {
     }
 }
 
-/// All keys with meaning, unit, allowed values and default: Markdown, a table for each table of
-/// a scene file.
-pub fn key_reference() -> String {
-    let mut reference = String::new();
-    let mut last = None;
-    for Declared { table, key, .. } in &SCHEMA.0 {
-        if last != Some(table) {
-            last = Some(table);
-            let heading = match &table[..] {
-                "" => "Top level".to_owned(),
-                // A table that is a key as well is a list of tables.
-                list if SCHEMA.find(list).is_some() => format!("`[[{list}]]`"),
-                table => format!("`[{table}]`"),
-            };
-            reference.push_str(&format!(
-                "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
-            ));
-        }
-        reference.push_str(&key.guide_row());
-    }
-    reference
-}
-
-/// Declares the keys of a table, and what they make: implements [`FromTable`].
+/// Declares the keys of a table, and what they make: implements
+/// [`FromTable`](super::document::FromTable).
 ///
 /// A key has a line that says its meaning, and one with its field, name, kind and default:
 ///

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::load::{AZIMUTH, CONVECTION, Course, FACTOR, FileKnots, LOAD, ROTATION, TILT};
+use super::course::{Course, FileKnots};
+use super::load::{AZIMUTH, CONVECTION, FACTOR, LOAD, ROTATION, TILT};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BallOnBeam, BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, JointSpec,
     MOST_MODES, OwnModes, PUBLISHED, Quadrature, Socket, StiffnessLaw, Stribeck,
 };
-use crate::scene::document::{Document, Table};
+use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
@@ -19,7 +20,7 @@ use crate::scene::schema::kind::{
 use crate::scene::schema::unit::{
     GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MICROSECOND, MILLIMETRE, ONE, SECOND_PER_METRE,
 };
-use crate::scene::schema::{FromTable, Key, Otherwise, SCHEMA, Schema, keys};
+use crate::scene::schema::{Key, Otherwise, Schema, keys};
 use crate::scene::subject::{ScaledRotation, TiltedJoint};
 
 /// The tables that only a joint has.
@@ -321,7 +322,7 @@ fn own_modes(
     known: Option<&Arc<OwnModes>>,
 ) -> Result<Arc<OwnModes>, SceneError> {
     let patch = ["nodes", "quadrature", "stiffness", "radius_factor"];
-    let excluded = SCHEMA.0.iter().filter(|key| match &key.table[..] {
+    let excluded = document.schema.0.iter().filter(|key| match &key.table[..] {
         "body" => key.key.name != MODES.name,
         "contact" => patch.contains(&key.key.name),
         table => table == "socket",

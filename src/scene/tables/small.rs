@@ -1,15 +1,16 @@
 //! The small systems: one table of a scene file each.
 
 use super::joint;
-use crate::scene::document::{Document, Table};
+use super::run::{PLACE, Start};
+use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Positive};
 use crate::scene::schema::kind::{Number, number};
 use crate::scene::schema::unit::{
-    DEGREE, METRE_PER_SECOND_SQUARED, MICROMETRE, MILLIMETRE_PER_SECOND, NEWTON_PER_KILOGRAM, ONE,
+    DEGREE, METRE_PER_SECOND_SQUARED, MILLIMETRE_PER_SECOND, NEWTON_PER_KILOGRAM, ONE,
     SECOND_PER_METRE, TURNS_PER_SECOND,
 };
-use crate::scene::schema::{FromTable, Key, Otherwise, Schema, keys};
+use crate::scene::schema::{Key, Otherwise, Schema, keys};
 use crate::scene::subject::SmallSystem;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
@@ -24,9 +25,6 @@ const DRIVE: Number = number(METRE_PER_SECOND_SQUARED, Closed(0.0, 1e6));
 
 /// What the frequency of the drive must be.
 const DRIVE_FREQUENCY: Number = number(TURNS_PER_SECOND, Closed(0.0, 1e5));
-
-/// What a place on the line must be.
-pub const PLACE: Number = number(MICROMETRE, Closed(-1e6, 1e6));
 
 /// What the load of a mass must be.
 const LOAD: Number = number(NEWTON_PER_KILOGRAM, Positive(1e6));
@@ -157,7 +155,7 @@ fn check(document: &Document<'_>, system: &SmallSystem) -> Result<(), SceneError
 
     match *system {
         SmallSystem::ImpactOscillator(ImpactOscillator { wall, .. }) => {
-            let start = super::Start::read(document.table("start"))?.position;
+            let start = Start::read(document.table("start"))?.position;
             let [start_um, wall_um] = [start, wall].map(|metres| metres * 1e6);
             ensure!(document, start >= wall => "start.position_um", &["impact_oscillator.wall_um"];
                 "the mass starts at {start_um} um, behind the wall at {wall_um} um";

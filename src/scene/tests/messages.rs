@@ -3,7 +3,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::scene::schema::{Declared, SCHEMA};
+use crate::scene::schema::Declared;
+use crate::scene::tables::SCHEMA;
 
 #[test]
 fn every_key_is_known_once_and_has_its_unit_in_its_name() {

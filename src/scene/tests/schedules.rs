@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use crate::scene::schema::{Declared, SCHEMA};
+use crate::scene::schema::Declared;
+use crate::scene::tables::SCHEMA;
 use crate::scene::tables::load::is_of_a_schedule;
 use crate::scene::*;
 

@@ -1,9 +1,8 @@
 //! Knobs whose error is that of an average: invariants, exponents, recurrence quantification.
 
-use super::{
-    CostError, CostPoint, CostSet, DIMENSION, Ground, Knob, SAMPLES_A_LAG, displacement,
-    recurrence_rule, samples_for, timed,
-};
+use super::ground::{Ground, timed};
+use super::samples::{DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for};
+use super::{CostError, CostPoint, CostSet, Knob};
 use crate::analysis::{DelayVectors, RateBase, deviation, quantify};
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::pipeline::prepare_on;

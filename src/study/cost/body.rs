@@ -1,6 +1,7 @@
 //! The knob of the finite elements: order and size, by the natural frequencies.
 
-use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
+use super::ground::{Ground, timed};
+use super::{CostError, CostPoint, CostSet, Knob};
 use crate::fem::{BodyMode, BodyModes, Elements};
 use crate::study::Watch;
 

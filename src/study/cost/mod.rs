@@ -11,152 +11,29 @@
 mod advice;
 mod averages;
 mod body;
+mod ground;
 mod modes;
+mod samples;
+mod set;
 mod trajectory;
 
 #[cfg(test)]
 mod tests;
 
-use cpu_time::ProcessTime;
-
 use super::Watch;
-use super::pool::{Heed, NoThread};
-use super::response::{From, ResponseError, ResponsePlan, response, section_lag};
-use crate::analysis::{AnalysisError, DelayVectors, Norm, RecurrenceRule, Threshold};
-use crate::dynamics::{DynamicsError, Exponent};
-use crate::fem::FemError;
-use crate::joint::{AssemblyError, BallJoint};
-use crate::pipeline::{PipelineError, Prepared};
-use crate::scene::{Held, Scene, SceneError};
+use super::response::{From, ResponsePlan, response};
+use crate::dynamics::Exponent;
+use crate::scene::{Held, Scene};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
 use body::element_sets;
+use ground::Ground;
+pub(super) use ground::timed;
+pub use ground::{CostError, CostPlan};
 use modes::mode_sets;
+pub(super) use samples::{DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for};
+pub use set::{CostPoint, CostSet, Knob};
 use trajectory::{event_sets, integrator_sets, node_sets};
-
-/// What can be turned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-pub enum Knob {
-    /// Method and tolerance, by the trajectory.
-    Integrator,
-    /// Tolerance, by what does not depend on the trajectory.
-    Invariants,
-    /// Through events or exactly there.
-    Events,
-    /// Family and number of contact nodes.
-    Nodes,
-    /// Number of modes.
-    Modes,
-    /// Order and size of the finite elements.
-    Elements,
-    /// Length of averaging for Lyapunov exponents.
-    Exponents,
-    /// Length and threshold of recurrence quantification.
-    Recurrence,
-}
-
-impl Knob {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Integrator,
-        Self::Invariants,
-        Self::Events,
-        Self::Nodes,
-        Self::Modes,
-        Self::Elements,
-        Self::Exponents,
-        Self::Recurrence,
-    ];
-
-    /// Its name, as on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Integrator => "integrator",
-            Self::Invariants => "invariants",
-            Self::Events => "events",
-            Self::Nodes => "nodes",
-            Self::Modes => "modes",
-            Self::Elements => "elements",
-            Self::Exponents => "exponents",
-            Self::Recurrence => "recurrence",
-        }
-    }
-
-    /// What the error of its points is.
-    pub fn error(self) -> &'static str {
-        match self {
-            Self::Integrator | Self::Events | Self::Nodes => "largest error of the state",
-            Self::Modes | Self::Invariants => "relative error",
-            Self::Elements => "largest error of a natural frequency",
-            Self::Exponents => "half width of λ1, 1/s",
-            Self::Recurrence => "error of the determinism",
-        }
-    }
-}
-
-/// A knob turned through a family of settings.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CostSet {
-    /// The knob.
-    pub knob: Knob,
-    /// The settings' family: a method, a quadrature, a threshold.
-    pub family: String,
-    /// What is turned within it: `tolerance`, `nodes`.
-    pub turned: &'static str,
-    /// The error of the reference itself; `None` where there is none to compare with.
-    pub floor: Option<f64>,
-    /// The points.
-    pub points: Vec<CostPoint>,
-}
-
-/// One setting.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CostPoint {
-    /// The setting, in the unit of [`CostSet::turned`].
-    pub value: f64,
-    /// CPU time, s: the median of the repeated runs.
-    pub seconds: f64,
-    /// Calls of the right-hand side; 0 where there are none.
-    pub calls: u64,
-    /// Its error, or why there is none.
-    pub error: Result<f64, String>,
-    /// What its value does not tell: which modes these are, how many events there were. Empty where that
-    /// is nothing.
-    pub detail: String,
-}
-
-/// How a study is done.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CostPlan {
-    /// The scene, held at its first tilt, load and rotation.
-    pub scene: Scene,
-    /// The knobs to turn.
-    pub knobs: Vec<Knob>,
-    /// Runs of each setting, 1 or more.
-    pub repeats: usize,
-    /// The longest horizon, s.
-    pub horizon: f64,
-}
-
-impl CostPlan {
-    /// All knobs of a scene; one without ball and beam has no nodes, modes and elements to choose.
-    pub fn new(scene: Scene) -> Self {
-        let of_beam = |knob: &Knob| matches!(knob, Knob::Nodes | Knob::Modes | Knob::Elements);
-        let beam = scene.ball_on_beam().is_ok();
-        let joint = scene.joint().is_ok();
-        Self {
-            scene: scene.without_analyses(),
-            knobs: Knob::ALL
-                .into_iter()
-                .filter(|knob| beam || !of_beam(knob))
-                .collect(),
-            repeats: 5,
-            // A good number of periods: small systems are slow.
-            horizon: if joint { 4e-3 } else { 50e-3 },
-        }
-    }
-}
 
 /// What it came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -173,55 +50,6 @@ pub struct CostStudy {
     pub sets: Vec<CostSet>,
     /// Whether it was told to stop: then the knobs that were not done are missing.
     pub stopped: bool,
-}
-
-/// Why a study cannot be done.
-#[derive(Debug, thiserror::Error)]
-pub enum CostError {
-    /// The scene does not go with it.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The scene's system cannot be made.
-    #[error(transparent)]
-    System(#[from] PipelineError),
-    /// The joint cannot be assembled.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// The body's modes cannot be found.
-    #[error(transparent)]
-    Body(#[from] FemError),
-    /// The settled motion cannot be found.
-    #[error("the settled motion that all settings start from cannot be found")]
-    Settled(#[from] ResponseError),
-    /// Nothing moves.
-    #[error(
-        "the scene stays at rest, so that there is no motion to compare; give it a kick (start.kick_mm_per_s)"
-    )]
-    AtRest,
-    /// The reference cannot be integrated.
-    #[error("the reference cannot be integrated: {0}")]
-    NoReference(String),
-    /// The settled motion cannot be followed.
-    #[error(transparent)]
-    Motion(#[from] DynamicsError),
-    /// A whole run has failed.
-    #[error("a run has failed")]
-    Run(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// An analysis does not take the samples.
-    #[error(transparent)]
-    Analysis(#[from] AnalysisError),
-    /// There are no threads to measure with.
-    #[error(transparent)]
-    NoThread(#[from] NoThread),
-}
-
-/// What all knobs start from.
-struct Ground<'a> {
-    plan: &'a CostPlan,
-    /// The settled state `[q | dq/dt]`.
-    state: Vec<f64>,
-    horizon: f64,
-    ball: Option<BallJoint>,
 }
 
 /// Turns all knobs of a plan, on the caller's thread alone, so that times can be compared. If `watch` says
@@ -303,77 +131,4 @@ fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
         Some(e) if e.value > 0.0 => longest.min(e.value.recip()),
         _ => longest,
     }
-}
-
-/// Result of some work, and the median of the CPU time of all threads over repeated runs, s. Where there
-/// are several, one more comes first, which finds the caches cold and is not counted.
-pub(super) fn timed<T>(repeats: usize, mut work: impl FnMut() -> T) -> (T, f64) {
-    let mut times = Vec::new();
-    let mut once = || {
-        let began = ProcessTime::now();
-        let result = work();
-        times.push(began.elapsed().as_secs_f64());
-        result
-    };
-    let mut result = once();
-    for _ in 1..repeats {
-        result = once();
-    }
-    if repeats > 1 {
-        result = once();
-        times.remove(0);
-    }
-    times.sort_by(f64::total_cmp);
-    let middle = times.len() / 2;
-    let median = match times.len() % 2 {
-        0 => 0.5 * (times[middle - 1] + times[middle]),
-        _ => times[middle],
-    };
-    (result, median)
-}
-
-/// Delay vectors that are compared for recurrence: their dimension, and samples a delay.
-pub(super) const DIMENSION: usize = 5;
-pub(super) const SAMPLES_A_LAG: usize = 6;
-
-/// Samples that so many delay vectors take.
-pub(super) fn samples_for(vectors: usize) -> usize {
-    DelayVectors::samples_for(vectors, SAMPLES_A_LAG, DIMENSION)
-}
-
-/// States within a distance of each other count as recurrent.
-pub(super) fn recurrence_rule(distance: f64) -> RecurrenceRule {
-    RecurrenceRule {
-        norm: Norm::Euclidean,
-        threshold: Threshold::Distance(distance),
-        theiler: SAMPLES_A_LAG,
-    }
-}
-
-/// So many samples of the probe's displacement, as far apart as delay vectors of the scene want them. `None`
-/// if it was told to stop.
-pub(super) fn displacement(
-    scene: &Scene,
-    prepared: Prepared,
-    count: usize,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<f64>>, CostError> {
-    let Prepared {
-        system,
-        probe,
-        mut integrator,
-        state: mut z,
-    } = prepared;
-    integrator.start(&*system, 0.0, &z)?;
-    let step = section_lag(scene) / SAMPLES_A_LAG as f64;
-    let mut heed = Heed::default();
-    let mut samples = Vec::with_capacity(count);
-    for k in 1..=count {
-        integrator.sample(&*system, step * k as f64, &mut z)?;
-        samples.push(probe.iter().zip(&z).map(|(p, q)| p * q).sum::<f64>());
-        if heed.is_due() && !goes_on(k as f64 / count as f64) {
-            return Ok(None);
-        }
-    }
-    Ok(Some(samples))
 }

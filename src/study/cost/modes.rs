@@ -4,7 +4,8 @@
 //! set settles by itself, and invariants are compared.
 
 use super::averages::{INVARIANTS, LONG, invariant_point, relative};
-use super::{CostError, CostSet, Ground, Knob, timed};
+use super::ground::{Ground, timed};
+use super::{CostError, CostSet, Knob};
 use crate::fem::Families;
 use crate::joint::{BallJoint, Frequencies};
 use crate::pipeline::prepare_on;

@@ -1,6 +1,7 @@
 //! Knobs whose error is that of a trajectory: integrator, events, contact nodes.
 
-use super::{CostError, CostPoint, CostSet, Ground, Knob, timed};
+use super::ground::{Ground, timed};
+use super::{CostError, CostPoint, CostSet, Knob};
 use crate::dynamics::MethodName;
 use crate::dynamics::Tally;
 use crate::joint::{BallJoint, Quadrature};

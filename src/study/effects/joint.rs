@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::bench::{Bench, Measured, timed_here};
-use super::{Cause, Effect, words};
+use super::bench::{Bench, Cause, Measured, timed_here};
+use super::effect::{Effect, words};
 use crate::dynamics::System;
 use crate::fem::Families;
 use crate::joint::{

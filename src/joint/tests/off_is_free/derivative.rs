@@ -2,10 +2,11 @@
 
 use pulp::{Simd, WithSimd};
 
+use crate::joint::MOST_MODES;
 use crate::joint::lanes::{LANES, Vector, parts};
 use crate::joint::nodes::{Nodes, Rows};
 use crate::joint::record::KEPT;
-use crate::joint::traction::{MOST_MODES, PAPER_MODES};
+use crate::joint::traction::PAPER_MODES;
 
 /// What a pass reads and writes.
 pub(super) struct Sweep<'a> {

@@ -12,7 +12,8 @@ use std::sync::Arc;
 
 use measured::{Found, Measured};
 
-use super::stage::{Context, Emit, Stage, samples};
+use super::clock::samples;
+use super::stage::{Context, Emit, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
     Computed, Course, Frame, Header, Lesson, Measurements, Record, TiltedTone,

@@ -5,10 +5,9 @@ use super::{
     QuantificationSpec, RecurrenceSpec, SlidingSpec,
 };
 use crate::analysis::Threshold;
-use crate::scene::document::{Document, Table};
+use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
-use crate::scene::schema::FromTable;
-use crate::scene::spec::{SectionSurface, Setting, StateCoordinate};
+use crate::scene::setting::{SectionSurface, Setting, StateCoordinate};
 
 /// The analyses of samples at `rate` (Hz) of a system with so many modes.
 pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<AnalysisSpec, SceneError> {

@@ -3,15 +3,15 @@
 mod check;
 
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
-use crate::scene::document::Table;
+use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
     Coordinates, Count, List, Number, all_or, auto_or, choice, number,
 };
 use crate::scene::schema::unit::{KILOHERTZ, MICROMETRE, MICROSECOND, MILLISECOND, ONE};
-use crate::scene::schema::{FromTable, Key, Otherwise, Schema, keys};
-use crate::scene::spec::{SectionSurface, Setting};
+use crate::scene::schema::{Key, Otherwise, Schema, keys};
+use crate::scene::setting::{SectionSurface, Setting};
 
 pub use check::read;
 

@@ -1,0 +1,66 @@
+//! Samples and their times.
+
+use crate::pipeline::error::AnalyseError;
+use crate::pipeline::message::Frame;
+
+/// The time of every sample of the run, counted from the first one: times do not accumulate rounding errors.
+pub struct Clock {
+    dt: f64,
+    origin: Option<f64>,
+    seen: u64,
+}
+
+impl Clock {
+    /// For samples at `rate` (Hz); starts with the first frame.
+    pub fn new(rate: f64) -> Self {
+        Self {
+            dt: 1.0 / rate,
+            origin: None,
+            seen: 0,
+        }
+    }
+
+    /// Checks that the frame starts where the last one ended, to a hundredth of a sample.
+    pub fn check(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
+        let origin = *self.origin.get_or_insert(frame.t0);
+        let due = origin + self.seen as f64 * self.dt;
+        let (late, off) = (frame.t0 - due, frame.dt - self.dt);
+        let slack = 0.01 * self.dt;
+        // Written so that NaN fails, too.
+        if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
+            return Ok(());
+        }
+        Err(AnalyseError::Gap {
+            index: frame.index,
+            found: frame.t0,
+            dt: frame.dt,
+            sample: self.seen,
+            due,
+        })
+    }
+
+    /// Counts the samples of a frame that has been analysed.
+    pub fn advance(&mut self, frame: &Frame) {
+        self.seen += frame.len() as u64;
+    }
+
+    /// Samples analysed so far.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// Time of the sample with the (possibly fractional) index `k` of the run, s.
+    pub fn time(&self, k: f64) -> f64 {
+        self.origin.unwrap_or(0.0) + k * self.dt
+    }
+
+    /// Time covered so far, s.
+    pub fn elapsed(&self) -> f64 {
+        self.seen as f64 * self.dt
+    }
+}
+
+/// A time in samples, at least `least`.
+pub fn samples(seconds: f64, rate: f64, least: usize) -> usize {
+    ((seconds * rate).round() as usize).max(least)
+}
