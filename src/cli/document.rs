@@ -27,7 +27,7 @@ pub(super) struct Document<'a, R> {
 
 /// A file that a command has written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(super) struct WrittenFile {
+pub struct WrittenFile {
     /// Its path.
     pub path: PathBuf,
     /// Its size, bytes.

@@ -3,7 +3,7 @@
 use super::axis::{Axis, decades};
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
-use super::unit::short;
+use crate::number::short;
 use crate::study::cost::{CostPoint, CostSet, CostStudy, Knob, advice};
 
 /// Errors below this are drawn at the lower end.

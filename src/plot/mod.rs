@@ -47,7 +47,7 @@ pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{Format, Look, Size, SizeError, Style};
 pub use sweep::{exponent_ends, maxima, sweep_figures, words};
-pub use unit::{Unit, short};
+pub use unit::Unit;
 
 /// Why a figure could not be drawn.
 #[derive(Debug, thiserror::Error)]

@@ -54,45 +54,9 @@ impl Unit {
     }
 }
 
-/// A number for a label: at most three significant digits, no trailing zeros.
-pub fn short(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    if x.abs() < 1e-4 || x.abs() >= 1e6 {
-        let text = format!("{x:.2e}");
-        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        return format!("{digits}e{power}");
-    }
-    let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{x:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_are_short() {
-        let cases = [
-            (0.0, "0"),
-            (0.25, "0.25"),
-            (4.117, "4.12"),
-            (12.0, "12"),
-            (-0.5, "-0.5"),
-            (1234.0, "1234"),
-            (1e-5, "1e-5"),
-            (-1.234e7, "-1.23e7"),
-        ];
-        for (x, text) in cases {
-            assert_eq!(short(x), text);
-        }
-    }
 
     #[test]
     fn units_fit_the_size() {

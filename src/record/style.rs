@@ -10,7 +10,7 @@ use crate::{
     plot,
 };
 
-pub use crate::plot::{round_up, short};
+pub use crate::plot::round_up;
 
 /// Behind three-dimensional pictures.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
