@@ -63,7 +63,11 @@ pub mod plot;
 pub mod record;
 #[cfg(feature = "sound")]
 pub mod sound;
-#[cfg(feature = "cli")]
+#[cfg(feature = "record")]
+#[cfg_attr(
+    not(feature = "cli"),
+    allow(dead_code, reason = "one form is that of the terminal")
+)]
 mod table;
 
 /// The version of this crate, as written into every recording and result.

@@ -9,18 +9,17 @@
 //!
 //! Results go to the standard output, everything else (progress, warnings, errors) to the
 //! standard error. Each command that prints a result writes it with `--json FILE` too; the
-//! structures of [`report`], [`lyapunov_report`], [`sweep_report`], [`basins`], [`cost`],
-//! [`calibrate`], [`paper`] and [`signal_report`] say what is in it.
+//! structures of [`report`], [`lyapunov_report`], [`basins`], [`calibrate`] and [`signal_report`] and the results of
+//! [`study`](crate::study) say what is in it.
 
 mod analyse;
 pub mod args;
 pub mod audit;
 pub mod basins;
 pub mod calibrate;
-pub mod cost;
-pub mod cost_report;
+mod cost;
 mod document;
-pub mod effects;
+mod effects;
 mod engine;
 mod error;
 pub mod figures;
@@ -33,8 +32,8 @@ mod lyapunov;
 pub mod lyapunov_report;
 mod model;
 mod output;
-pub mod paper;
-mod paper_captions;
+mod paper;
+mod paper_figures;
 mod plain;
 mod progress;
 pub mod report;
@@ -46,7 +45,6 @@ mod stability;
 mod steps;
 pub mod study_args;
 mod sweep;
-pub mod sweep_report;
 mod terminal;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -99,16 +97,16 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         None => run::run(&RunArgs::default(), engine::simulate),
         Some(Command::Run(args)) => run::run(&args, engine::simulate),
         Some(Command::Live(args)) => live::run(&args),
-        Some(Command::Scenes(args)) => scenes::scenes(&args, engine::effects),
+        Some(Command::Scenes(args)) => scenes::scenes(&args),
         Some(Command::Stability(args)) => stability::stability(&args, engine::stability),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args, &engine::EXPONENTS),
-        Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Basins(args)) => basins::basins(&args, &engine::BASINS),
-        Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
+        Some(Command::Paper(args)) => paper::run(&args),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
-        Some(Command::Cost(args)) => cost::run(&args, &engine::COST),
+        Some(Command::Cost(args)) => cost::run(&args),
         Some(Command::Growth(args)) => growth::run(&args, &engine::GROWTH),
-        Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
+        Some(Command::Merge(args)) => sweep::merge(&args),
         Some(Command::Model(args)) => model::model(&args, engine::model),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }

@@ -13,7 +13,7 @@ use crate::scene::{Scene, key_reference};
 ///
 /// # Errors
 /// When the scene asked for is unknown or faulty or cannot be run, or the JSON file cannot be written.
-pub(super) fn scenes(args: &ScenesArgs, measure: effects::Measure) -> Result<(), CliError> {
+pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
@@ -26,7 +26,7 @@ pub(super) fn scenes(args: &ScenesArgs, measure: effects::Measure) -> Result<(),
             let scene = Scene::load(name)?;
             report::print_warnings(&scene.warnings());
             if let Some(stop) = stop {
-                return effects::effects(&scene, json.as_ref(), &stop, measure);
+                return effects::effects(&scene, json.as_ref(), &stop);
             }
             report::deliver(&SceneReport::new(&scene), json.as_ref())?;
         }

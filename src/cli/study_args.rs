@@ -10,7 +10,7 @@ use super::args::{positive, tilts};
 use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
 use crate::study::cost::Knob;
-use crate::study::sweep::Shard;
+use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
 #[derive(Debug, Arguments)]
@@ -83,8 +83,8 @@ pub struct PaperArgs {
     #[command(flatten)]
     pub drawn: FigureArgs,
     /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
-    #[arg(long, value_enum, default_value_t = OneStart::Cold)]
-    pub start: OneStart,
+    #[arg(long, value_enum, default_value_t = Start::Cold)]
+    pub start: Start,
     /// Seed of the random kick, which decides between attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
@@ -97,17 +97,6 @@ pub struct PaperArgs {
     /// Write the comparison as JSON, too; `-` prints it instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-}
-
-/// How the points of one sweep are started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OneStart {
-    /// Each from the scene's kick.
-    Cold,
-    /// Each from its lower neighbour.
-    Up,
-    /// Each from its higher neighbour.
-    Down,
 }
 
 /// Arguments of `squeakscope calibrate`.
@@ -148,7 +137,7 @@ pub struct CostArgs {
     pub scene: Option<String>,
     /// Turn only this knob; may be given several times [default: all that the scene has].
     #[arg(long, value_name = "KNOB", value_enum)]
-    pub only: Vec<OneKnob>,
+    pub only: Vec<Knob>,
     /// Runs of each setting, of which the median counts; long ones, of invariants and exponents, are run once.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
     pub repeats: u8,
@@ -195,42 +184,6 @@ pub struct GrowthArgs {
     /// Write all points as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-}
-
-/// A knob of `squeakscope cost`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OneKnob {
-    /// Method and tolerance, by the trajectory.
-    Integrator,
-    /// Tolerance, by what does not depend on the trajectory.
-    Invariants,
-    /// Through events or exactly there.
-    Events,
-    /// Family and number of contact nodes.
-    Nodes,
-    /// Number of modes.
-    Modes,
-    /// Order and size of the finite elements.
-    Elements,
-    /// Length of averaging for Lyapunov exponents.
-    Exponents,
-    /// Length and threshold of recurrence quantification.
-    Recurrence,
-}
-
-impl From<OneKnob> for Knob {
-    fn from(knob: OneKnob) -> Self {
-        match knob {
-            OneKnob::Integrator => Self::Integrator,
-            OneKnob::Invariants => Self::Invariants,
-            OneKnob::Events => Self::Events,
-            OneKnob::Nodes => Self::Nodes,
-            OneKnob::Modes => Self::Modes,
-            OneKnob::Elements => Self::Elements,
-            OneKnob::Exponents => Self::Exponents,
-            OneKnob::Recurrence => Self::Recurrence,
-        }
-    }
 }
 
 /// How the responses of a sweep are taken.
@@ -301,7 +254,7 @@ pub struct SweepOutputs {
     pub json: Option<PathBuf>,
 }
 
-/// How the points of a sweep are started.
+/// How the points of a sweep are started: as a [`Start`], or as several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SweepStart {
     /// Each from the scene's kick.

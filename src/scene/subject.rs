@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::error::SceneError;
 use super::schedule::Schedule;
 use super::spec::Scene;
@@ -59,11 +61,13 @@ pub struct Loading {
 
 /// Values of what varies in a scene, at which a study holds it that takes one state of the joint;
 /// `None` for what is constant anyhow.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Held {
     /// Tilt, rad.
+    #[serde(rename = "tilt_rad")]
     pub tilt: Option<f64>,
     /// Load, N.
+    #[serde(rename = "load_n")]
     pub load: Option<f64>,
     /// Factor on the rotation.
     pub rotation_factor: Option<f64>,

@@ -17,6 +17,8 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use serde::{Serialize, Serializer};
+
 pub use bench::Measured;
 use bench::{Bench, Rounds, timed};
 use joint::of_the_joint;
@@ -26,7 +28,7 @@ use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
 use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 
 /// An effect in a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
     /// What it is called.
     pub name: &'static str,
@@ -37,9 +39,28 @@ pub struct Effect {
     /// How, in words; empty where it is off.
     pub setting: String,
     /// CPU time that it takes, or would take, of a simulated second, s; or why that cannot be told.
+    #[serde(flatten, serialize_with = "cost_or_reason")]
     pub cost: Result<Measured, Untold>,
     /// CPU time that it takes once, before the first sample, s; `None` where it takes none worth telling.
+    #[serde(rename = "setup_s")]
     pub setup: Option<Measured>,
+}
+
+/// The cost, or why it cannot be told, as JSON has it.
+fn cost_or_reason<S: Serializer>(
+    cost: &Result<Measured, Untold>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Record {
+        cpu_s_per_s: Option<Measured>,
+        untold: Option<String>,
+    }
+    let record = Record {
+        cpu_s_per_s: cost.ok(),
+        untold: cost.err().map(|why| why.to_string()),
+    };
+    record.serialize(serializer)
 }
 
 /// Why the cost of an effect cannot be told.
@@ -60,17 +81,21 @@ pub enum Untold {
 }
 
 /// The effects of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effects {
     /// Each of them.
     pub effects: Vec<Effect>,
     /// CPU time of a simulated second with all that is on, without the recording, s.
+    #[serde(rename = "cpu_s_per_s")]
     pub whole: f64,
     /// CPU time until the first sample, without the recording, s.
+    #[serde(rename = "setup_s")]
     pub setup: f64,
     /// Calls of the right-hand side in a simulated second.
+    #[serde(rename = "calls_per_s")]
     pub calls: f64,
     /// CPU time of a call, s.
+    #[serde(rename = "call_s")]
     pub call: f64,
 }
 

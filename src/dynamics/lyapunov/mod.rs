@@ -4,10 +4,12 @@ mod batches;
 mod growth;
 mod interval;
 
+use serde::Serialize;
+
 pub(super) use growth::Growth;
 
 /// One Lyapunov exponent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Exponent {
     /// Its value, 1/s.
     pub value: f64,

@@ -18,6 +18,7 @@ mod trajectory;
 mod tests;
 
 use cpu_time::ProcessTime;
+use serde::{Serialize, Serializer};
 
 use super::pool::NoThread;
 use super::response::{From, ResponseError, ResponsePlan, response};
@@ -34,13 +35,16 @@ use modes::mode_sets;
 use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// What can be turned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(into = "KnobRecord")]
+#[strum(serialize_all = "lowercase")]
 pub enum Knob {
-    /// Method and tolerance (or step), by the trajectory.
+    /// Method and tolerance, by the trajectory.
     Integrator,
-    /// The same beyond the horizon, by what does not depend on the trajectory.
+    /// Tolerance, by what does not depend on the trajectory.
     Invariants,
-    /// Whether steps go through events or end there.
+    /// Through events or exactly there.
     Events,
     /// Family and number of contact nodes.
     Nodes,
@@ -48,10 +52,26 @@ pub enum Knob {
     Modes,
     /// Order and size of the finite elements.
     Elements,
-    /// Length of averaging, for Lyapunov exponents.
+    /// Length of averaging for Lyapunov exponents.
     Exponents,
-    /// Length and threshold, for recurrence quantification.
+    /// Length and threshold of recurrence quantification.
     Recurrence,
+}
+
+/// A knob as JSON has it.
+#[derive(Serialize)]
+struct KnobRecord {
+    knob: &'static str,
+    error_is: &'static str,
+}
+
+impl std::convert::From<Knob> for KnobRecord {
+    fn from(knob: Knob) -> Self {
+        Self {
+            knob: knob.name(),
+            error_is: knob.error(),
+        }
+    }
 }
 
 impl Knob {
@@ -69,16 +89,7 @@ impl Knob {
 
     /// Its name, as on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Integrator => "integrator",
-            Self::Invariants => "invariants",
-            Self::Events => "events",
-            Self::Nodes => "nodes",
-            Self::Modes => "modes",
-            Self::Elements => "elements",
-            Self::Exponents => "exponents",
-            Self::Recurrence => "recurrence",
-        }
+        self.into()
     }
 
     /// What the error of its points is.
@@ -94,34 +105,52 @@ impl Knob {
 }
 
 /// A knob turned through a family of settings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostSet {
     /// The knob.
+    #[serde(flatten)]
     pub knob: Knob,
     /// The settings' family: a method, a quadrature, a threshold.
     pub family: String,
     /// What is turned within it: `tolerance`, `nodes`.
     pub turned: &'static str,
     /// The error of the reference itself; `None` where there is none to compare with.
+    #[serde(rename = "reference_error")]
     pub floor: Option<f64>,
     /// The points.
     pub points: Vec<CostPoint>,
 }
 
 /// One setting.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostPoint {
     /// The setting, in the unit of [`CostSet::turned`].
     pub value: f64,
     /// CPU time, s: the median of the repeated runs.
+    #[serde(rename = "cpu_s")]
     pub seconds: f64,
     /// Calls of the right-hand side; 0 where there are none.
     pub calls: u64,
     /// Its error, or why there is none.
+    #[serde(flatten, serialize_with = "error_or_reason")]
     pub error: Result<f64, String>,
     /// What its value does not tell: which modes these are, how many events there were. Empty where that
     /// is nothing.
     pub detail: String,
+}
+
+/// The error, or why there is none, as JSON has it.
+fn error_or_reason<S: Serializer>(
+    error: &Result<f64, String>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Record<'a> {
+        error: Option<f64>,
+        failed: Option<&'a String>,
+    }
+    let (error, failed) = (error.as_ref().ok().copied(), error.as_ref().err());
+    Record { error, failed }.serialize(serializer)
 }
 
 /// How a study is done.
@@ -157,18 +186,22 @@ impl CostPlan {
 }
 
 /// What it came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,
     /// Where it was held, of what varies in the scene.
     pub held: Held,
     /// Time over which trajectories are compared, s.
+    #[serde(rename = "horizon_s")]
     pub horizon: f64,
     /// The largest Lyapunov exponent, 1/s, by which the horizon was chosen.
+    #[serde(rename = "exponent_per_s")]
     pub exponent: Option<Exponent>,
     /// The sets, knob by knob.
     pub sets: Vec<CostSet>,
+    /// The cheapest setting of the integrator for each error.
+    pub advice: Vec<Advice>,
     /// Whether it was told to stop: then the knobs that were not done are missing.
     pub stopped: bool,
 }
@@ -285,6 +318,7 @@ pub fn cost(plan: &CostPlan, watch: Watch<'_>) -> Result<Option<CostStudy>, Cost
         held: held(&plan.scene),
         horizon: ground.horizon,
         exponent,
+        advice: advice(&sets),
         sets,
     }))
 }

@@ -1,6 +1,7 @@
 //! Measurements in turns: what a machine does meanwhile troubles all of them alike.
 
 use cpu_time::{ProcessTime, ThreadTime};
+use serde::Serialize;
 
 use super::{Cause, Watch};
 
@@ -15,7 +16,7 @@ const STUDENT: f64 = 3.18;
 const STAGES: f64 = 5.0;
 
 /// A number with its scatter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measured {
     /// The mean.
     pub mean: f64,
