@@ -71,7 +71,11 @@ pub mod plot;
 pub mod record;
 #[cfg(feature = "sound")]
 pub mod sound;
-#[cfg(feature = "cli")]
+#[cfg(feature = "record")]
+#[cfg_attr(
+    not(feature = "cli"),
+    allow(dead_code, reason = "one form is that of the terminal")
+)]
 mod table;
 
 #[cfg(feature = "cli")]

@@ -90,6 +90,31 @@ pub(crate) fn short(value: f64) -> String {
     }
 }
 
+/// A number as people write tolerances: `1e-5`, `0.25`, `100`.
+pub(crate) fn tolerance(value: f64) -> String {
+    if (1e-2..1e6).contains(&value.abs()) || value == 0.0 {
+        return short(value);
+    }
+    format!("{value:.1e}").replace(".0e", "e")
+}
+
+/// An error to two digits or three.
+pub(crate) fn error(error: f64) -> String {
+    match error {
+        error if (1e-2..1e4).contains(&error) || error == 0.0 => short(error),
+        error => format!("{error:.1e}"),
+    }
+}
+
+/// A setting by its name and unit, `tolerance` or `step, s`: `tolerance 1e-5`, `step 1.6e-6 s`.
+pub(crate) fn setting(name_and_unit: &str, value: f64) -> String {
+    let (name, unit) = name_and_unit
+        .split_once(", ")
+        .unwrap_or((name_and_unit, ""));
+    let words = format!("{name} {} {unit}", tolerance(value));
+    words.trim_end().to_owned()
+}
+
 /// A time (s) with so many significant digits, in the unit that suits it: `1.50 s`, `12.3 ms`, `0.640 us`.
 pub(crate) fn time(seconds: f64, digits: usize) -> String {
     let (scale, unit) = match seconds.abs() {

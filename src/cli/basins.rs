@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::document::Document;
-use super::engine;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
@@ -42,7 +41,7 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
-    let mut written = write_tables(&plan, &plan.identity(), &mut points, &files)?;
+    let mut written = write_tables(&plan, &mut points, &files)?;
     let found = Basins::new(&plan, &points, !done);
     let title = title(&plan.scene.name, found.tilt);
     if let Some(directory) = &args.outputs.figures {
@@ -50,7 +49,7 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
         let drawn = (&args.outputs.drawn, &STUDY[..]);
         written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
     }
-    written.extend(write_recording(&plan, &points, &files, engine::record)?);
+    written.extend(write_recording(&plan, &points, &files, None)?);
     let document = Document::new(&found, &written).of_scene(&plan.scene.name);
     match args.outputs.json.as_deref() == Some(Path::new("-")) {
         true => document.print()?,

@@ -5,29 +5,25 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::cost_report::CostReport;
+use anstyle::Style;
+
+use super::document::{Document, WrittenFile};
 use super::engine;
-use super::error::{Cause, CliError};
+use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
-use super::report::{self, FileReport};
 use super::run::command_line;
 use super::study_args::CostArgs;
-use crate::plot::Figure;
-use crate::study::Watch;
-use crate::study::cost::{Advice, CostPlan, CostSet, CostStudy, Knob, advice};
+use crate::escape;
+use crate::number::short;
+use crate::plot::cost_figures;
+use crate::record::cost::save_cost;
+use crate::study::cost::{CostPlan, CostSet, CostStudy, Knob, cost};
+use crate::text::cost as words;
 
-/// What the rest of the crate does for this command.
-pub(super) struct Tools {
-    /// Turns the knobs.
-    pub cost: fn(&CostPlan, Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause>,
-    /// The figures.
-    pub draw: fn(&CostStudy) -> Vec<Figure>,
-    /// Records the study of a plan, started by a command, into a file.
-    pub record: fn(&CostPlan, &CostStudy, &str, &Path) -> Result<(), Cause>,
-}
+const NAME: Style = Style::new().bold();
 
 /// The table and the recording in the directory asked for.
 const TABLE: &str = "cost.csv";
@@ -37,20 +33,41 @@ const RECORDING: &str = "cost.rrd";
 ///
 /// # Errors
 /// Bad input before any work; a fault while running or writing; Ctrl-C.
-pub(super) fn run(args: &CostArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn run(args: &CostArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
-    execute(args, &stop, tools)
+    execute(args, &stop)
 }
 
-fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &CostArgs, stop: &AtomicBool) -> Result<(), CliError> {
+    let plan = plan(args)?;
+    let files = Files::check(args)?;
+    engine::check_memory()?;
+    engine::start_pool()?;
+    let progress = Progress::of_estimate();
+    let found = cost(&plan, &mut |(knob, share)| {
+        progress.tell(share, knob.name().to_owned());
+        interrupt::goes_on(stop)
+    });
+    drop(progress);
+    match found.map_err(|source| failed("cost study", source))? {
+        None => Err(CliError::NothingYet),
+        Some(study) => deliver(args, &plan, &study, &files),
+    }
+}
+
+fn failed(doing: &'static str, source: impl Into<super::error::Cause>) -> CliError {
+    let source = source.into();
+    CliError::Run { doing, source }
+}
+
+/// What is asked for.
+fn plan(args: &CostArgs) -> Result<CostPlan, CliError> {
     let scene = args.scene.load()?;
     let mut plan = CostPlan::new(scene.clone());
     if !args.only.is_empty() {
-        for knob in &args.only {
-            if !plan.knobs.contains(knob) {
-                // A scene without ball and beam has no such knob: the same words as everywhere.
-                scene.ball_on_beam()?;
-            }
+        if args.only.iter().any(|knob| !plan.knobs.contains(knob)) {
+            // A scene without ball and beam has no such knob: the same words as everywhere.
+            scene.ball_on_beam()?;
         }
         plan.knobs.retain(|knob| args.only.contains(knob));
     }
@@ -58,88 +75,136 @@ fn execute(args: &CostArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliE
     if let Some(horizon) = args.horizon {
         plan.horizon = 1e-3 * horizon;
     }
-    if args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
-        return Err(CliError::NoAdvice);
+    match args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
+        true => Err(CliError::NoAdvice),
+        false => Ok(plan),
     }
-    let own = args.scene.input();
-    let [page, write, json] = check_all(
-        own,
-        [
-            ("--page", args.page.as_deref()),
-            ("--write", args.write.as_deref()),
-            ("--json", args.json.as_deref()),
-        ],
-    )?;
-    let figures = Knob::ALL.iter().map(|knob| format!("cost-{}", knob.name()));
-    let mut names = args.drawn.names(figures, &STUDY);
-    names.extend([TABLE, RECORDING].map(str::to_owned));
-    check_directory(&args.out, "--out", &names)?;
-    let others = [
-        ("--page", page.as_ref()),
-        ("--write", write.as_ref()),
-        ("--json", json.as_ref()),
-    ];
-    check_beside(&args.out, "--out", &names, &others)?;
-    engine::check_memory()?;
-    engine::start_pool()?;
-    let progress = Progress::of_estimate();
-    let found = (tools.cost)(&plan, &mut |(knob, share)| {
-        progress.tell(share, knob.name().to_owned());
-        interrupt::goes_on(stop)
-    });
-    drop(progress);
-    let failed = |doing| move |source| CliError::Run { doing, source };
-    let Some(study) = found.map_err(failed("cost study"))? else {
-        return Err(CliError::NothingYet);
-    };
-    let advised = advice(&study.sets);
-    let mut report = CostReport::new(&study, &advised);
-    // What is found is told even where a file cannot be written.
-    let mut write_all = || -> Result<(), CliError> {
-        let drawn = (&args.drawn, &STUDY[..]);
-        report.files = write_figures(&args.out, "--out", &(tools.draw)(&study), drawn)?;
-        let csv = inside(&args.out, TABLE)?;
-        csv.write(|out| out.write_all(table(&study.sets).as_bytes()))?;
-        report.files.push(FileReport::of(&csv)?);
-        let recording = inside(&args.out, RECORDING)?;
-        (tools.record)(&plan, &study, &command_line(), recording.path())
-            .map_err(failed("recording"))?;
-        report.files.push(FileReport::of(&recording)?);
-        if let Some(file) = &write
-            && !advised.is_empty()
-        {
-            let text = scene.with_advice(&settings(&advised))?.text;
-            file.write(|out| out.write_all(text.as_bytes()))?;
-            report.files.push(FileReport::of(file)?);
-        }
-        if let Some(file) = &page {
-            let chapter = report.chapter();
-            file.write(|out| out.write_all(chapter.as_bytes()))?;
-            report.files.push(FileReport::of(file)?);
-        }
-        Ok(())
-    };
-    let written = write_all();
-    report::deliver(&report, json.as_ref())?;
-    written?;
+}
+
+/// The files asked for, checked before any work.
+struct Files {
+    page: Option<OutputFile>,
+    write: Option<OutputFile>,
+    json: Option<OutputFile>,
+}
+
+impl Files {
+    fn check(args: &CostArgs) -> Result<Self, CliError> {
+        let own = args.scene.input();
+        let [page, write, json] = check_all(
+            own,
+            [
+                ("--page", args.page.as_deref()),
+                ("--write", args.write.as_deref()),
+                ("--json", args.json.as_deref()),
+            ],
+        )?;
+        let figures = Knob::ALL.iter().map(|knob| format!("cost-{}", knob.name()));
+        let mut names = args.drawn.names(figures, &STUDY);
+        names.extend([TABLE, RECORDING].map(str::to_owned));
+        check_directory(&args.out, "--out", &names)?;
+        let others = [
+            ("--page", page.as_ref()),
+            ("--write", write.as_ref()),
+            ("--json", json.as_ref()),
+        ];
+        check_beside(&args.out, "--out", &names, &others)?;
+        Ok(Self { page, write, json })
+    }
+}
+
+/// Writes all files, and shows what is found.
+fn deliver(
+    args: &CostArgs,
+    plan: &CostPlan,
+    study: &CostStudy,
+    files: &Files,
+) -> Result<(), CliError> {
+    let mut written = Vec::new();
+    // What is found is shown even where a file cannot be written.
+    let all = write_all(args, plan, study, files, &mut written);
+    Document::new(study, &written).deliver(&text(study), files.json.as_ref())?;
+    all?;
     match study.stopped {
         true => Err(CliError::Interrupted),
-        false if write.is_some() && advised.is_empty() => Err(CliError::NoAdvice),
+        false if args.write.is_some() && study.advice.is_empty() => Err(CliError::NoAdvice),
         false => Ok(()),
     }
+}
+
+fn write_all(
+    args: &CostArgs,
+    plan: &CostPlan,
+    study: &CostStudy,
+    files: &Files,
+    written: &mut Vec<WrittenFile>,
+) -> Result<(), CliError> {
+    let drawn = (&args.drawn, &STUDY[..]);
+    written.extend(write_figures(
+        &args.out,
+        "--out",
+        &cost_figures(study),
+        drawn,
+    )?);
+    let write = |file: &OutputFile, text: &str| {
+        file.write(|out| out.write_all(text.as_bytes()))?;
+        WrittenFile::of(file)
+    };
+    written.push(write(&inside(&args.out, TABLE)?, &table(&study.sets))?);
+    let recording = inside(&args.out, RECORDING)?;
+    save_cost(recording.path(), plan, study, &command_line())
+        .map_err(|source| failed("recording", source))?;
+    written.push(WrittenFile::of(&recording)?);
+    if let Some(file) = files.write.as_ref().filter(|_| !study.advice.is_empty()) {
+        let advice = study.advice.iter();
+        let advice: Vec<_> = advice.map(|a| (a.target, &*a.method, a.value)).collect();
+        written.push(write(file, &plan.scene.with_advice(&advice)?.text)?);
+    }
+    if let Some(file) = &files.page {
+        written.push(write(file, &words::chapter(study))?);
+    }
+    Ok(())
+}
+
+/// The text for the terminal.
+fn text(study: &CostStudy) -> String {
+    let mut text = format!(
+        "{NAME}{}{NAME:#}: trajectories over {} ms",
+        escape::line(&study.scene),
+        short(1e3 * study.horizon)
+    );
+    if let Some(exponent) = study.exponent {
+        let _ = write!(text, ", largest exponent {:.1} 1/s", exponent.value);
+    }
+    if let Some(held) = study.held.words() {
+        let _ = write!(
+            text,
+            "\nheld at its first values, {held}: give the scene others for another cost"
+        );
+    }
+    text.push('\n');
+    for set in &study.sets {
+        let _ = write!(text, "{NAME}{}{NAME:#}: {}", set.knob.name(), set.family);
+        if let Some(floor) = set.floor {
+            let _ = write!(text, " (the reference's own error {floor:.1e})");
+        }
+        let settings = words::settings(set, |reason| escape::line(reason).into_owned());
+        let _ = write!(text, "\n{}", settings.text());
+    }
+    if !study.advice.is_empty() {
+        let _ = write!(
+            text,
+            "{NAME}the cheapest setting of the integrator{NAME:#}, for an error of its own: that of nodes, modes \
+             and elements comes on top\n{}",
+            words::advice(study).text()
+        );
+    }
+    text
 }
 
 /// One of the files in the directory asked for.
 fn inside(directory: &Path, name: &str) -> Result<OutputFile, CliError> {
     Ok(OutputFile::check(&directory.join(name), "--out")?)
-}
-
-/// Advice as a scene states it: the error, the method, its tolerance or step.
-fn settings(advised: &[Advice]) -> Vec<(f64, &str, f64)> {
-    let advised = advised.iter();
-    advised
-        .map(|advice| (advice.target, &*advice.method, advice.value))
-        .collect()
 }
 
 /// All points, a line each (CSV).
@@ -179,7 +244,7 @@ mod tests {
     use super::*;
     use crate::cli::args::SceneArgs;
     use crate::scene::Scene;
-    use crate::study::cost::CostPoint;
+    use crate::study::cost::{CostPoint, advice};
 
     fn point(seconds: f64, error: Result<f64, String>) -> CostPoint {
         CostPoint {
@@ -192,10 +257,7 @@ mod tests {
     }
 
     /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
-    fn turned(plan: &CostPlan, watch: Watch<'_, (Knob, f64)>) -> Result<Option<CostStudy>, Cause> {
-        if !watch((Knob::Integrator, 0.5)) {
-            return Ok(None);
-        }
+    fn turned(plan: &CostPlan) -> CostStudy {
         let set = |family: &str, points| CostSet {
             knob: Knob::Integrator,
             family: family.to_owned(),
@@ -203,40 +265,26 @@ mod tests {
             floor: Some(1e-10),
             points,
         };
-        Ok(Some(CostStudy {
+        let sets = vec![
+            set(
+                "lawson54",
+                vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))],
+            ),
+            set(
+                "dop853",
+                vec![point(5e-4, Err("it \"blew\" up".to_owned()))],
+            ),
+        ];
+        CostStudy {
             scene: plan.scene.name.clone(),
             held: Default::default(),
             horizon: plan.horizon,
             exponent: None,
             stopped: false,
-            sets: vec![
-                set(
-                    "lawson54",
-                    vec![point(2e-3, Ok(1e-7)), point(1e-3, Ok(2e-3))],
-                ),
-                set(
-                    "dop853",
-                    vec![point(5e-4, Err("it \"blew\" up".to_owned()))],
-                ),
-            ],
-        }))
+            advice: advice(&sets),
+            sets,
+        }
     }
-
-    const TOOLS: Tools = Tools {
-        cost: turned,
-        draw: |study| {
-            vec![Figure::new(
-                "cost-integrator",
-                &study.scene,
-                50.0,
-                Vec::new(),
-            )]
-        },
-        record: |plan, study, _, path| {
-            let words = format!("{} {}", plan.scene.name, study.sets.len());
-            Ok(std::fs::write(path, words)?)
-        },
-    };
 
     fn args(folder: &std::path::Path) -> CostArgs {
         CostArgs {
@@ -257,8 +305,9 @@ mod tests {
     #[test]
     fn the_cheapest_setting_is_advised_and_the_scene_takes_it() {
         let folder = tempfile::tempdir().unwrap();
-        let go = AtomicBool::new(false);
-        execute(&args(folder.path()), &go, &TOOLS).unwrap();
+        let args = args(folder.path());
+        let (plan, files) = (plan(&args).unwrap(), Files::check(&args).unwrap());
+        deliver(&args, &plan, &turned(&plan), &files).unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&read("cost.json")).unwrap();
         let advice = json["advice"].as_array().unwrap();
@@ -268,17 +317,27 @@ mod tests {
             .collect();
         assert_eq!(targets, [1e-2, 1e-3, 1e-4, 1e-6]);
         assert_eq!(
-            (&advice[0]["cpu_ms"], &advice[3]["cpu_ms"]),
-            (&1.0.into(), &2.0.into())
+            (&advice[0]["cpu_s"], &advice[3]["cpu_s"]),
+            (&1e-3.into(), &2e-3.into())
         );
-        assert_eq!(
-            json["sets"][1]["points"][0]["error"],
-            serde_json::Value::Null
-        );
+        assert_eq!(json["horizon_s"], 2e-3);
+        assert_eq!(json["sets"][0]["knob"], "integrator");
+        assert_eq!(json["sets"][0]["error_is"], "largest error of the state");
+        let failed = &json["sets"][1]["points"][0];
+        assert_eq!(failed["error"], serde_json::Value::Null);
+        assert_eq!(failed["failed"], "it \"blew\" up");
         let csv = read("cost/cost.csv");
         assert_eq!(csv.lines().count(), 4, "{csv}");
         assert!(csv.contains("\"it 'blew' up\""), "{csv}");
-        assert_eq!(read("cost/cost.rrd"), "torus-3deg 2");
+        assert!(
+            folder
+                .path()
+                .join("cost/cost.rrd")
+                .metadata()
+                .unwrap()
+                .len()
+                > 0
+        );
         let written = json["files"].as_array().unwrap();
         assert!(
             written
@@ -287,13 +346,10 @@ mod tests {
         );
         let page = read("page.md");
         assert!(
-            page.contains("| 1e-2 | `lawson54` at 1.0e-4 | 1.00 | 1000 | 2.0e-3 |"),
+            page.contains("| 1e-2 | lawson54, tolerance 1e-4 | 1 | 1000 | 2.0e-3 |"),
             "{page}"
         );
-        assert!(
-            page.contains("| 1.0e-4 | failed · 0.50 ms · 500 |"),
-            "{page}"
-        );
+        assert!(page.contains("| 1e-4 | failed · 0.5 ms · 500 |"), "{page}");
         let mine = folder.path().join("mine.toml");
         let scene = Scene::load(&mine.to_string_lossy()).unwrap();
         assert_eq!(scene.advice.len(), 4);
@@ -314,7 +370,7 @@ mod tests {
             only: vec![Knob::Nodes],
             ..args(folder.path())
         };
-        assert_eq!(execute(&small, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        assert_eq!(execute(&small, &go).unwrap_err().exit_code(), 2);
         // A recording that cannot be written is known before any work.
         let taken = folder.path().join("taken");
         std::fs::create_dir_all(taken.join(RECORDING)).unwrap();
@@ -322,9 +378,9 @@ mod tests {
             out: taken,
             ..args(folder.path())
         };
-        assert_eq!(execute(&taken, &go, &TOOLS).unwrap_err().exit_code(), 2);
+        assert_eq!(execute(&taken, &go).unwrap_err().exit_code(), 2);
         let stop = AtomicBool::new(true);
-        let stopped = execute(&args(folder.path()), &stop, &TOOLS).unwrap_err();
+        let stopped = execute(&args(folder.path()), &stop).unwrap_err();
         assert_eq!(stopped.exit_code(), 130);
         assert!(!folder.path().join("cost").exists());
     }

@@ -16,10 +16,9 @@ mod args;
 mod audit;
 mod basins;
 mod calibrate;
-pub mod cost;
-pub mod cost_report;
+mod cost;
 mod document;
-pub mod effects;
+mod effects;
 mod engine;
 mod error;
 mod exponents;
@@ -32,11 +31,11 @@ mod lyapunov;
 mod lyapunov_text;
 mod model;
 mod output;
-pub mod paper;
-mod paper_captions;
+mod paper;
+mod paper_figures;
 mod plain;
 mod progress;
-pub mod report;
+mod report;
 mod run;
 mod scenes;
 mod signal_text;
@@ -45,7 +44,6 @@ mod stability;
 mod steps;
 mod study_args;
 mod sweep;
-pub mod sweep_report;
 mod terminal;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -101,13 +99,13 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Scenes(args)) => scenes::scenes(&args),
         Some(Command::Stability(args)) => stability::stability(&args),
         Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args),
-        Some(Command::Sweep(args)) => sweep::run(&args, &engine::SWEEPS),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Basins(args)) => basins::basins(&args),
-        Some(Command::Paper(args)) => paper::run(&args, &engine::PAPER),
+        Some(Command::Paper(args)) => paper::run(&args),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
-        Some(Command::Cost(args)) => cost::run(&args, &engine::COST),
+        Some(Command::Cost(args)) => cost::run(&args),
         Some(Command::Growth(args)) => growth::run(&args),
-        Some(Command::Merge(args)) => sweep::merge(&args, &engine::SWEEPS),
+        Some(Command::Merge(args)) => sweep::merge(&args),
         Some(Command::Model(args)) => model::model(&args),
         Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
     }

@@ -253,7 +253,7 @@ pub struct SweepOutputs {
     pub json: Option<PathBuf>,
 }
 
-/// How the points of a sweep are started.
+/// How the points of a sweep are started: as a [`Start`], or as several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SweepStart {
     /// Each from the scene's kick.

@@ -2,72 +2,68 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
+use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use anstyle::{AnsiColor, Style};
+use serde::Serialize;
+
+use super::document::{Document, WrittenFile};
 use super::engine;
-use super::error::{Cause, CliError};
+use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report::{self, FileReport, Report};
+use super::report;
 use super::run::command_line;
 use super::study_args::{
     MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
 };
-use super::sweep_report::SweepReport;
-use crate::plot::Figure;
+use crate::escape;
+use crate::joint::BallJoint;
+use crate::number::{fixed, uncertain};
+use crate::plot::sweep_figures;
+use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::scene::{Held, Parameter, TiltedJoint};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepTable,
-    TableError, TableWriter, read_table, sweep, write_csv, write_table,
+    Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepResult,
+    SweepTable, TableError, TableWriter, read_table, sweep, write_csv, write_table,
 };
 use crate::study::threads;
+use crate::table::Table;
 
 /// The tilts that are swept if nothing is said, degrees: those of Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
-/// What the rest of the crate does for these commands.
-pub(super) struct Tools {
-    /// The figures.
-    pub draw: fn(&SweepPlan, &[SweepPoint]) -> Vec<Figure>,
-    /// Records a sweep over one parameter, started by a command, into a file.
-    pub record: Record,
-}
+const NAME: Style = Style::new().bold();
+const BEWARE: Style = AnsiColor::Yellow.on_default().bold();
 
-/// Records a sweep over one parameter, started by a command, into a file.
-pub(super) type Record = fn(&SweepPlan, &[SweepPoint], &str, &Path) -> Result<(), Cause>;
+/// More rows than these are not printed.
+const MOST_ROWS: usize = 100;
 
 /// Runs `squeakscope sweep`.
 ///
 /// # Errors
 /// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
 /// written.
-pub(super) fn run(args: &SweepArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
-    execute(args, &stop, tools)
+    execute(args, &stop)
 }
 
-fn execute(args: &SweepArgs, stop: &AtomicBool, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
     report::print_warnings(&plan.scene.clone().without_analyses().warnings());
     report::print_held(held(&plan));
     let scene = args.scene.input();
-    let files = Files::check(scene, &args.outputs, &names(&plan, tools))?;
+    let files = Files::check(scene, &args.outputs, &names(&plan))?;
     let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
-    let identity = plan.identity();
-    deliver(
-        &plan,
-        &identity,
-        &mut points,
-        &files,
-        &args.outputs,
-        tools,
-        (args.work.shard.unwrap_or(Shard::WHOLE), !done),
-    )?;
+    let shard = args.work.shard.unwrap_or(Shard::WHOLE);
+    deliver(&plan, &mut points, (&args.outputs, &files), (shard, !done))?;
     if done {
         Ok(())
     } else {
@@ -104,7 +100,7 @@ pub(super) fn work_through(
 /// # Errors
 /// Bad input: a table that cannot be read, of another sweep, or that says otherwise of the same point;
 /// a fault while writing.
-pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
     let mut tables = args
         .tables
         .iter()
@@ -139,7 +135,7 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs, &names(&plan, tools))?;
+    let files = Files::check(None, &args.outputs, &names(&plan))?;
     // What an earlier merge has made may be made again; anything else is kept.
     let out = files.table.path();
     let own = read_table(out).is_ok_and(|table| table.identity == identity);
@@ -150,18 +146,15 @@ pub(super) fn merge(args: &MergeArgs, tools: &Tools) -> Result<(), CliError> {
     }
     deliver(
         &plan,
-        &identity,
         &mut merged,
-        &files,
-        &args.outputs,
-        tools,
+        (&args.outputs, &files),
         (Shard::WHOLE, false),
     )
 }
 
 /// Stems of the names of the figures, which do not depend on the points.
-fn names(plan: &SweepPlan, tools: &Tools) -> Vec<String> {
-    let figures = (tools.draw)(plan, &[]).into_iter();
+fn names(plan: &SweepPlan) -> Vec<String> {
+    let figures = sweep_figures(plan, &[]).into_iter();
     figures.map(|figure| figure.name).collect()
 }
 
@@ -260,37 +253,35 @@ impl Audience for Notes<'_> {
     }
 }
 
-/// Writes the whole tables, draws, and reports.
+/// Writes the whole tables, draws, and shows what is found.
 fn deliver(
     plan: &SweepPlan,
-    identity: &str,
     points: &mut [SweepPoint],
-    files: &Files,
-    outputs: &SweepOutputs,
-    tools: &Tools,
+    (outputs, files): (&SweepOutputs, &Files),
     (shard, interrupted): (Shard, bool),
 ) -> Result<(), CliError> {
-    let mut written = write_tables(plan, identity, points, files)?;
+    let mut written = write_tables(plan, points, files)?;
     if let Some(directory) = &outputs.figures {
-        let figures = (tools.draw)(plan, points);
         let drawn = (&outputs.drawn, &STUDY[..]);
+        let figures = sweep_figures(plan, points);
         written.extend(write_figures(directory, "--figures", &figures, drawn)?);
     }
-    written.extend(write_recording(plan, points, files, tools.record)?);
-    let report = SweepReport::new(plan, points, shard, interrupted, written);
-    tell(&report, outputs, files)
+    written.extend(write_recording(plan, points, files, None)?);
+    let found = SweepResult::new(plan, points, shard, interrupted);
+    let document = Document::new(&found, &written).of_scene(&plan.scene.name);
+    show(&document, &text(&plan.scene.name, &found), outputs, files)
 }
 
-/// Shows a report, or prints it as JSON, as asked for.
-pub(super) fn tell(
-    report: &impl Report,
+/// Shows a result, or prints it as JSON, as asked for.
+pub(super) fn show(
+    document: &Document<'_, impl Serialize>,
+    text: &str,
     outputs: &SweepOutputs,
     files: &Files,
 ) -> Result<(), CliError> {
-    if outputs.json.as_deref() == Some(Path::new("-")) {
-        report::print_json(report)?;
-    } else {
-        report::deliver(report, files.json.as_ref())?;
+    match outputs.json.as_deref() == Some(Path::new("-")) {
+        true => document.print()?,
+        false => document.deliver(text, files.json.as_ref())?,
     }
     Ok(())
 }
@@ -298,33 +289,39 @@ pub(super) fn tell(
 /// Writes the points in their order, and the short table beside them.
 pub(super) fn write_tables(
     plan: &SweepPlan,
-    identity: &str,
     points: &mut [SweepPoint],
     files: &Files,
-) -> Result<Vec<FileReport>, CliError> {
-    write_table(files.table.path(), identity, points)?;
+) -> Result<Vec<WrittenFile>, CliError> {
+    write_table(files.table.path(), &plan.identity(), points)?;
     write_csv(files.csv.path(), plan, points)?;
     Ok(vec![
-        FileReport::of(&files.table)?,
-        FileReport::of(&files.csv)?,
+        WrittenFile::of(&files.table)?,
+        WrittenFile::of(&files.csv)?,
     ])
 }
 
-/// Writes the recording, if one is asked for; of nothing there is none.
+/// Writes the recording, if one is asked for; of nothing there is none. With the modes of ball and beam, if they
+/// are to be shown.
 pub(super) fn write_recording(
     plan: &SweepPlan,
     points: &[SweepPoint],
     files: &Files,
-    record: Record,
-) -> Result<Option<FileReport>, CliError> {
+    ball: Option<&BallJoint>,
+) -> Result<Option<WrittenFile>, CliError> {
     let Some(file) = files.save.as_ref().filter(|_| !points.is_empty()) else {
         return Ok(None);
     };
-    record(plan, points, &command_line(), file.path()).map_err(|source| CliError::Run {
+    let sweep = SweepStudy {
+        plan,
+        points,
+        command: &command_line(),
+        ball,
+    };
+    save_sweep(file.path(), &sweep).map_err(|source| CliError::Run {
         doing: "recording",
-        source,
+        source: source.into(),
     })?;
-    Ok(Some(FileReport::of(file)?))
+    Ok(Some(WrittenFile::of(file)?))
 }
 
 /// The points that are known already. A file that is there is only touched by `--resume`.
@@ -458,6 +455,86 @@ pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan
         portrait,
         most_calls: None,
     }
+}
+
+/// The text for the terminal.
+fn text(scene: &str, found: &SweepResult<'_>) -> String {
+    let scene = escape::line(scene);
+    let mut text = format!("{NAME}{scene}{NAME:#} over {}\n", found.axes.join(" and "));
+    let (known, part) = (found.points_known, found.points_of_part);
+    if known < part {
+        let _ = writeln!(
+            text,
+            "  {BEWARE}{known} of {part} points{BEWARE:#} so far; --resume goes on with the rest"
+        );
+    } else if known < found.points_in_all {
+        let _ = writeln!(
+            text,
+            "  a part: {known} of {} points; `squeakscope merge` joins the parts",
+            found.points_in_all
+        );
+    }
+    for stretch in &found.stretches {
+        let values = match stretch.from == stretch.to {
+            true => stretch.from.to_string(),
+            false => format!("{} to {}", stretch.from, stretch.to),
+        };
+        let _ = writeln!(text, "  {:>4}  {values}: {}", stretch.start, stretch.regime);
+    }
+    if !found.hysteresis.is_empty() {
+        let values: Vec<String> = found.hysteresis.iter().map(f64::to_string).collect();
+        let _ = writeln!(text, "  up and down differ at {}", values.join(", "));
+    }
+    if found.points.len() <= MOST_ROWS {
+        let _ = writeln!(text, "\n{}", table(found).text());
+    }
+    let count = |what: fn(&SweepPoint) -> bool| found.points.iter().filter(|p| what(p)).count();
+    let failed = count(|point| point.outcome.is_err());
+    if failed > 0 {
+        let _ = writeln!(
+            text,
+            "  {BEWARE}{failed} points{BEWARE:#} have no response: see `error` in the tables"
+        );
+    }
+    let unsettled = count(is_unsettled);
+    if unsettled > 0 {
+        let _ = writeln!(
+            text,
+            "  {BEWARE}{unsettled} points{BEWARE:#} (marked *) still changed when they were measured; give a longer --most"
+        );
+    }
+    text
+}
+
+fn is_unsettled(point: &SweepPoint) -> bool {
+    point.outcome.as_ref().is_ok_and(|found| !found.settled)
+}
+
+/// The points, a row each.
+fn table(found: &SweepResult<'_>) -> Table {
+    let axes = found.axes.iter();
+    let table = axes.fold(Table::default().right(""), |table, axis| table.right(axis));
+    let table = table.left("motion").right("um").right("line, Hz");
+    let mut table = table.right("exponent, 1/s").left("unstable");
+    for point in found.points {
+        let response = point.outcome.as_ref().ok();
+        let mark = if is_unsettled(point) { "*" } else { "" };
+        let line = response.and_then(|found| found.lines.first());
+        let spectrum = response.and_then(|found| found.exponents.as_ref());
+        let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
+        let linear = response.and_then(|found| found.linear.as_ref());
+        let mut row = vec![point.place.start.to_string()];
+        row.extend(point.place.values.iter().map(f64::to_string));
+        row.extend([
+            format!("{}{mark}", point.kind()),
+            fixed(response.map(|found| 1e6 * found.amplitude), 4),
+            fixed(line.map(|line| line.frequency), 1),
+            largest.map_or_else(String::new, |e| uncertain(e.value, e.half_width)),
+            linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),
+        ]);
+        table.row(row);
+    }
+    table
 }
 
 #[cfg(test)]

@@ -7,27 +7,6 @@ use crate::cli::args::Steps;
 use crate::cli::args::{AccuracyArgs, SceneArgs};
 use crate::scene::Scene;
 
-fn draw(_: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
-    let title = format!("{} points", points.len());
-    vec![Figure::new("diagram", title, 50.0, Vec::new())]
-}
-
-fn record(
-    plan: &SweepPlan,
-    points: &[SweepPoint],
-    command: &str,
-    path: &Path,
-) -> Result<(), Cause> {
-    assert!(!command.is_empty());
-    let parameter = plan.axes[0].parameter().path();
-    Ok(std::fs::write(
-        path,
-        format!("{} over {parameter}", points.len()),
-    )?)
-}
-
-const TOOLS: Tools = Tools { draw, record };
-
 fn steps(text: &str) -> Steps {
     text.parse().unwrap()
 }
@@ -96,15 +75,27 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
     let desk = Desk::new();
     let mut args = desk.args("a.arrow");
     args.outputs.figures = Some(desk.path("figures/new"));
-    execute(&args, &no_stop(), &TOOLS).unwrap();
+    execute(&args, &no_stop()).unwrap();
     let report = desk.json("a.json");
     assert_eq!(report["points_known"], 6);
     assert_eq!(report["points"][4]["values"][0], 1.5);
     assert_eq!(report["points"][4]["start"], "down");
     assert_eq!(report["points"][0]["unstable_modes"], 4);
     assert_eq!(report["files"].as_array().unwrap().len(), 4);
-    let svg = std::fs::read_to_string(desk.path("figures/new/diagram.svg")).unwrap();
-    assert!(svg.contains("<title>6 points</title>"), "{svg}");
+    assert_eq!(
+        report["points"][0]["amplitude_m"].as_f64().map(|a| a > 0.0),
+        Some(true)
+    );
+    assert_eq!(
+        report["points"][0]["exponent_per_s"]
+            .as_array()
+            .unwrap()
+            .len(),
+        1
+    );
+    assert_eq!(report["points"][0]["error"], serde_json::Value::Null);
+    let svg = std::fs::read_to_string(desk.path("figures/new/bifurcation.svg")).unwrap();
+    assert!(svg.contains("<title>few: "), "{svg}");
     assert_eq!(
         std::fs::read_to_string(desk.path("a.csv"))
             .unwrap()
@@ -113,16 +104,16 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
         7
     );
     // A table is never replaced by accident, and going on with a whole one changes nothing.
-    let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
+    let refused = execute(&args, &no_stop()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     assert!(refused.to_string().contains("--resume"), "{refused}");
     let before = std::fs::read(desk.path("a.arrow")).unwrap();
     args.work.resume = true;
-    execute(&args, &no_stop(), &TOOLS).unwrap();
+    execute(&args, &no_stop()).unwrap();
     assert_eq!(std::fs::read(desk.path("a.arrow")).unwrap(), before);
     // Nor is it mixed with another sweep.
     args.response.measure = 11.0;
-    let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
+    let refused = execute(&args, &no_stop()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     assert!(refused.to_string().contains("another sweep"), "{refused}");
     assert_eq!(std::fs::read(desk.path("a.arrow")).unwrap(), before);
@@ -131,13 +122,13 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
 #[test]
 fn an_interrupted_sweep_goes_on_to_the_same_table() {
     let desk = Desk::new();
-    execute(&desk.args("whole.arrow"), &no_stop(), &TOOLS).unwrap();
+    execute(&desk.args("whole.arrow"), &no_stop()).unwrap();
     let mut args = desk.args("part.arrow");
-    let ended = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
+    let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     assert_eq!(desk.json("part.json")["interrupted"], true);
     args.work.resume = true;
-    execute(&args, &no_stop(), &TOOLS).unwrap();
+    execute(&args, &no_stop()).unwrap();
     assert_eq!(
         std::fs::read(desk.path("whole.arrow")).unwrap(),
         std::fs::read(desk.path("part.arrow")).unwrap()
@@ -147,18 +138,18 @@ fn an_interrupted_sweep_goes_on_to_the_same_table() {
 #[test]
 fn shards_merge_to_the_whole() {
     let desk = Desk::new();
-    execute(&desk.args("whole.arrow"), &no_stop(), &TOOLS).unwrap();
+    execute(&desk.args("whole.arrow"), &no_stop()).unwrap();
     for number in 1..=2 {
         let mut args = desk.args(&format!("part-{number}.arrow"));
         args.work.shard = Some(Shard { number, of: 2 });
-        execute(&args, &no_stop(), &TOOLS).unwrap();
+        execute(&args, &no_stop()).unwrap();
         assert_eq!(desk.json(&format!("part-{number}.json"))["points_known"], 3);
     }
     let parts = |last: &str| MergeArgs {
         tables: vec![desk.path("part-1.arrow"), desk.path(last)],
         outputs: desk.outputs("merged.arrow"),
     };
-    merge(&parts("part-2.arrow"), &TOOLS).unwrap();
+    merge(&parts("part-2.arrow")).unwrap();
     for ending in ["arrow", "csv"] {
         assert_eq!(
             std::fs::read(desk.path("whole").with_extension(ending)).unwrap(),
@@ -167,9 +158,9 @@ fn shards_merge_to_the_whole() {
     }
     let mut other = desk.args("other.arrow");
     other.seed = Some(4);
-    execute(&other, &no_stop(), &TOOLS).unwrap();
+    execute(&other, &no_stop()).unwrap();
     for bad in ["other.arrow", "few.toml", "missing.arrow"] {
-        let refused = merge(&parts(bad), &TOOLS).unwrap_err();
+        let refused = merge(&parts(bad)).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(bad), "{refused}");
     }
@@ -180,9 +171,9 @@ fn a_recording_is_of_one_parameter() {
     let desk = Desk::new();
     let mut args = desk.args("a.arrow");
     args.outputs.save = Some(desk.path("a.rrd"));
-    execute(&args, &no_stop(), &TOOLS).unwrap();
-    let saved = |name: &str| std::fs::read_to_string(desk.path(name)).unwrap();
-    assert_eq!(saved("a.rrd"), "6 over load.tilt_deg");
+    execute(&args, &no_stop()).unwrap();
+    let saved = |name: &str| desk.path(name).metadata().map_or(0, |there| there.len());
+    assert!(saved("a.rrd") > 0);
     let report = desk.json("a.json");
     let files = report["files"].as_array().unwrap();
     assert!(files[2]["path"].as_str().unwrap().ends_with("a.rrd"));
@@ -194,8 +185,8 @@ fn a_recording_is_of_one_parameter() {
             ..desk.outputs("b.arrow")
         },
     };
-    merge(&again, &TOOLS).unwrap();
-    assert_eq!(saved("b.rrd"), saved("a.rrd"));
+    merge(&again).unwrap();
+    assert!(saved("b.rrd") > 0);
     // What a recording cannot show, or would overwrite, is refused before anything is done.
     let both = SweepArgs {
         over: vec!["load_n=100:150:50".parse().unwrap()],
@@ -213,7 +204,7 @@ fn a_recording_is_of_one_parameter() {
         ..desk.args("map.arrow")
     };
     for (args, word) in [(both, "one parameter"), (same, "asked for twice")] {
-        let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
+        let refused = execute(&args, &no_stop()).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(word), "{refused}");
         assert!(!desk.path("map.arrow").exists() && !desk.path("map.rrd").exists());
@@ -225,11 +216,10 @@ fn an_interrupted_sweep_records_what_it_has() {
     let desk = Desk::new();
     let mut args = desk.args("part.arrow");
     args.outputs.save = Some(desk.path("part.rrd"));
-    let ended = execute(&args, &AtomicBool::new(true), &TOOLS).unwrap_err();
+    let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     let known = desk.json("part.json")["points_known"].as_u64().unwrap();
-    let saved = std::fs::read_to_string(desk.path("part.rrd")).unwrap_or_default();
-    assert_eq!(saved.is_empty(), known == 0);
+    assert_eq!(desk.path("part.rrd").exists(), known > 0);
 }
 
 #[test]
@@ -256,7 +246,7 @@ fn bad_input_is_found_before_any_work() {
         same_file,
     ];
     for args in bad {
-        let refused = execute(&args, &no_stop(), &TOOLS).unwrap_err();
+        let refused = execute(&args, &no_stop()).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(!desk.path("bad.arrow").exists());
     }

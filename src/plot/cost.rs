@@ -3,8 +3,8 @@
 use super::axis::{Axis, decades};
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
-use crate::number::short;
-use crate::study::cost::{CostPoint, CostSet, CostStudy, Knob, advice};
+use crate::number::{error, setting, short};
+use crate::study::cost::{Advice, CostPoint, CostSet, CostStudy, Knob};
 
 /// Errors below this are drawn at the lower end.
 const LEAST: f64 = 1e-16;
@@ -89,9 +89,9 @@ fn panel(study: &CostStudy, knob: Knob, sets: &[&CostSet], work: Work) -> Panel 
         });
         points.collect()
     };
-    let advised = match knob {
-        Knob::Integrator => advice(&study.sets),
-        _ => Vec::new(),
+    let advised: &[Advice] = match knob {
+        Knob::Integrator => &study.advice,
+        _ => &[],
     };
     let best = sets.iter().flat_map(|set| {
         let best = advised.iter().filter(|advice| advice.method == set.family);
@@ -205,7 +205,7 @@ fn entity(folder: &str, set: &CostSet) -> String {
 /// narrow tooltip cuts the end off. The family stands above it there.
 pub fn hover(set: &CostSet, point: &CostPoint) -> String {
     let error = match &point.error {
-        Ok(error) => format!("error {}", error_words(*error)),
+        Ok(found) => format!("error {}", error(*found)),
         Err(_) => "failed".to_owned(),
     };
     let mut text = format!(
@@ -224,30 +224,6 @@ pub fn hover(set: &CostSet, point: &CostPoint) -> String {
     text
 }
 
-/// A setting with its name and unit: `tolerance 1e-5`, `step 1.6e-6 s`.
-pub fn setting(turned: &str, value: f64) -> String {
-    let (name, unit) = turned.split_once(", ").unwrap_or((turned, ""));
-    format!("{name} {} {unit}", plain(value))
-        .trim_end()
-        .to_owned()
-}
-
-/// A number as people write tolerances: `1e-5`, `0.25`, `100`.
-pub fn plain(value: f64) -> String {
-    if (1e-2..1e6).contains(&value.abs()) || value == 0.0 {
-        return short(value);
-    }
-    format!("{value:.1e}").replace(".0e", "e")
-}
-
-/// An error to two digits or three.
-pub fn error_words(error: f64) -> String {
-    match error {
-        error if (1e-2..1e4).contains(&error) || error == 0.0 => short(error),
-        error => format!("{error:.1e}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,19 +240,21 @@ mod tests {
     }
 
     fn study(points: Vec<CostPoint>) -> CostStudy {
+        let sets = vec![CostSet {
+            knob: Knob::Integrator,
+            family: "lawson54".to_owned(),
+            turned: "tolerance",
+            floor: Some(1e-9),
+            points,
+        }];
         CostStudy {
             scene: "test".to_owned(),
             held: Default::default(),
             horizon: 4e-3,
             exponent: None,
             stopped: false,
-            sets: vec![CostSet {
-                knob: Knob::Integrator,
-                family: "lawson54".to_owned(),
-                turned: "tolerance",
-                floor: Some(1e-9),
-                points,
-            }],
+            advice: crate::study::cost::advice(&sets),
+            sets,
         }
     }
 

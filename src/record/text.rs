@@ -9,8 +9,9 @@ use super::{
     stream::{self, RecordingStream},
     style::{self, Quantity},
 };
-use crate::escape;
 use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
+use crate::scene::Scene;
+use crate::{VERSION, escape};
 
 /// A document of Markdown for the viewer. Names in it are escaped where they are put in; here, whatever else changes
 /// how text is shown, and pictures, which a viewer would fetch from anywhere.
@@ -60,7 +61,7 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
         ("scene", origin.scene),
         ("scene_text", origin.scene_text),
         ("command", origin.command),
-        ("squeakscope_version", crate::VERSION),
+        ("squeakscope_version", VERSION),
         ("rerun_version", RERUN_VERSION),
     ];
     let run = fields.into_iter().fold(
@@ -87,7 +88,7 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
             Subject::Small(_) => scene_about(header),
             Subject::Signal(signal) => signal_about(header, signal),
         },
-        version = crate::VERSION,
+        version = VERSION,
         command = escape::code(&header.command),
     );
     rec.log_static(paths::ABOUT, &document(about))?;
@@ -125,6 +126,19 @@ fn scene_about(header: &Header) -> String {
         "## Scene {scene}\n\n{text}\n\n",
         scene = escape::code(&header.scene),
         text = escape::block("toml", &header.scene_text),
+    )
+}
+
+/// The scene of a study, and how the study was started.
+pub fn study_about(scene: &Scene, command: &str) -> String {
+    format!(
+        "## Scene {name}: {title}\n\n{about}\n\n{text}\n\n\
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        name = escape::code(&scene.name),
+        title = escape::markdown(&scene.title),
+        about = scene.about,
+        text = escape::block("toml", &scene.text),
+        command = escape::code(command),
     )
 }
 
@@ -184,7 +198,7 @@ pub fn narrate(
         title = escape::markdown(&header.title),
         now = style::moment(header, time),
         about = header.about,
-        version = crate::VERSION,
+        version = VERSION,
     );
     stream::log_at(rec, paths::NARRATION, time, &document(text))
 }

@@ -18,6 +18,8 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
+
 use bench::{Bench, Rounds, timed};
 pub use bench::{Cause, Measured};
 use effect::words;
@@ -30,17 +32,21 @@ use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 use crate::study::Watch;
 
 /// The effects of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effects {
     /// Each of them.
     pub effects: Vec<Effect>,
     /// CPU time of a simulated second with all that is on, without the recording, s.
+    #[serde(rename = "cpu_s_per_s")]
     pub whole: f64,
     /// CPU time until the first sample, without the recording, s.
+    #[serde(rename = "setup_s")]
     pub setup: f64,
     /// Calls of the right-hand side in a simulated second.
+    #[serde(rename = "calls_per_s")]
     pub calls: f64,
     /// CPU time of a call, s.
+    #[serde(rename = "call_s")]
     pub call: f64,
 }
 

@@ -4,6 +4,10 @@
 //! The pipeline sends numbers ([`Observation`], [`Lesson`]); a sink that shows them turns them into words
 //! here.
 
+#[cfg(feature = "record")]
+pub mod cost;
+#[cfg(feature = "record")]
+pub mod paper;
 mod template;
 #[cfg(test)]
 mod tests;

@@ -20,6 +20,14 @@ macro_rules! templates {
 const TEMPLATES: &[(&str, &str)] = templates![
     "rows",
     "views",
+    "cost/knobs",
+    "cost/reading",
+    "cost/advice",
+    "cost/knob",
+    "cost/about",
+    "cost/chapter",
+    "paper/caption",
+    "paper/page",
     "narration/vibration",
     "narration/separated",
     "narration/exponents",
@@ -147,8 +155,10 @@ mod tests {
         let mut files = 0;
         for folder in [
             folder.clone(),
+            folder.join("cost"),
             folder.join("lesson"),
             folder.join("narration"),
+            folder.join("paper"),
         ] {
             let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
             files += entries.filter(|entry| entry.path().is_file()).count();

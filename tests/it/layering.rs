@@ -26,7 +26,7 @@ const EDGES: &[(&str, &[&str])] = &[
             "memory", "fem", "joint", "systems", "dynamics", "analysis", "scene",
         ],
     ),
-    ("text", &["dynamics", "scene", "pipeline"]),
+    ("text", &["dynamics", "scene", "pipeline", "study"]),
     ("export", &["joint", "pipeline", "numpy"]),
     ("import", &["memory", "numpy"]),
     (
@@ -56,7 +56,7 @@ const EDGES: &[(&str, &[&str])] = &[
         "cli",
         &[
             "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "study",
-            "export", "foreign", "import", "plot", "sound", "live", "memory",
+            "export", "foreign", "import", "plot", "sound", "live", "memory", "text",
         ],
     ),
 ];

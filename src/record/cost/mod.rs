@@ -4,8 +4,6 @@
 //! ([`crate::plot::cost_figures`]) and words: what is turned, the cheapest settings, all points as a table.
 //! Nothing changes with time: everything is static, and there is no timeline.
 
-mod words;
-
 #[cfg(test)]
 mod tests;
 
@@ -25,6 +23,7 @@ use super::{
 use crate::{
     plot::{Panel, Work, error_panels},
     study::cost::{CostPlan, CostPoint, CostSet, CostStudy, Knob},
+    text::cost as words,
 };
 
 /// The field of a picture beside another, and of one alone, pixels.
@@ -99,7 +98,12 @@ fn draw(
     };
     text::send_properties(rec, origin)?;
     let turned: Vec<Knob> = knobs.iter().map(|(knob, _)| *knob).collect();
-    let about = text::document(words::about(plan, study, &turned, command));
+    let about = format!(
+        "{}{}",
+        words::about(study, &turned),
+        text::study_about(&plan.scene, command)
+    );
+    let about = text::document(about);
     rec.log_static(paths::ABOUT, &about)?;
     for (knob, pictures) in &mut knobs {
         let root = Root::of_knob(knob.name());

@@ -37,23 +37,25 @@ fn study() -> CostStudy {
     ];
     let elements = vec![point(40.0, 0, Ok(1e-4)), point(8.0, 0, Ok(0.0))];
     let integrator = Knob::Integrator;
+    let sets = vec![
+        set(
+            Knob::Elements,
+            "quadratic elements",
+            "size, mm",
+            None,
+            elements,
+        ),
+        set(integrator, "lawson54", "tolerance", Some(1e-10), lawson),
+        set(integrator, "rk4", "step, s", Some(1e-10), rk4),
+    ];
     CostStudy {
         scene: "test".to_owned(),
         held: Default::default(),
         horizon: 4e-3,
         exponent: None,
         stopped: false,
-        sets: vec![
-            set(
-                Knob::Elements,
-                "quadratic elements",
-                "size, mm",
-                None,
-                elements,
-            ),
-            set(integrator, "lawson54", "tolerance", Some(1e-10), lawson),
-            set(integrator, "rk4", "step, s", Some(1e-10), rk4),
-        ],
+        advice: crate::study::cost::advice(&sets),
+        sets,
     }
 }
 
@@ -153,7 +155,7 @@ fn settings_and_advice_are_told() {
     for part in [
         "| 1e-4 | lawson54, tolerance 1e-4 | 4 | 4000 | 2.0e-5 |",
         "squeakscope cost test --write",
-        "| 6.4e-6 | 5.19 | 2500 | failed |",
+        "| 6.4e-6 | 5.19 | 2500 | failed: it blew up |",
         "Method and tolerance",
     ] {
         assert!(told.contains(part), "{part} in {told}");
@@ -164,7 +166,7 @@ fn settings_and_advice_are_told() {
         "{told}"
     );
     let knobs = [Knob::Integrator, Knob::Elements];
-    let about = words::about(&plan(), &study, &knobs, "squeakscope cost");
+    let about = words::about(&study, &knobs);
     assert!(
         about.contains("over 4 ms") && about.contains("**elements**"),
         "{about}"

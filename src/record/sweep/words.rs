@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 
 use super::SweepStudy;
 use crate::{
-    VERSION, escape, plot,
+    escape, plot,
     record::{
-        RERUN_VERSION, exponents,
+        exponents,
         style::{Quantity, capital, short},
+        text,
     },
     study::{
         response::{Response, section_lag},
@@ -227,28 +228,21 @@ pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
          The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
          {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
-         An asterisk: not settled. τ = {lag} in sections.\n\n\
-         ## Scene {scene_name}: {title}\n\n{about}\n\n{text}\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
-        title = escape::markdown(&scene.title),
-        about = scene.about,
+         An asterisk: not settled. τ = {lag} in sections.\n\n{origin}",
+        origin = text::study_about(scene, sweep.command),
         name = parameter(sweep),
         label = axis.map_or_else(String::new, |axis| axis.label()),
         lag = Quantity::Time.words(section_lag(scene)),
         scene_name = escape::code(&scene.name),
-        text = escape::block("toml", &scene.text),
-        command = escape::code(sweep.command),
     )
 }
 
 /// The kind of motion of a point in a word.
 fn kind(point: Option<&SweepPoint>) -> String {
-    match point.map(|point| &point.outcome) {
-        None => "–".to_owned(),
-        Some(Err(_)) => "no response".to_owned(),
-        Some(Ok(found)) => {
-            let mark = if found.settled { "" } else { "\\*" };
-            format!("{}{mark}", found.regime)
-        }
-    }
+    let Some(point) = point else {
+        return "–".to_owned();
+    };
+    let is_unsettled = point.outcome.as_ref().is_ok_and(|found| !found.settled);
+    let mark = if is_unsettled { "\\*" } else { "" };
+    format!("{}{mark}", point.kind())
 }

@@ -1,5 +1,7 @@
 //! From work and precision to a setting.
 
+use serde::Serialize;
+
 use super::{CostSet, Knob};
 
 /// Errors for which a setting is advised.
@@ -9,7 +11,7 @@ pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
 const NOTABLY: f64 = 0.95;
 
 /// The cheapest setting for an error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
     /// The error allowed.
     pub target: f64,
@@ -20,6 +22,7 @@ pub struct Advice {
     /// Its tolerance, or its step in s where it is fixed.
     pub value: f64,
     /// CPU time over the horizon, s.
+    #[serde(rename = "cpu_s")]
     pub seconds: f64,
     /// Calls of the right-hand side.
     pub calls: u64,

@@ -20,6 +20,8 @@ mod trajectory;
 #[cfg(test)]
 mod tests;
 
+use serde::Serialize;
+
 use super::Watch;
 use super::response::{From, ResponsePlan, response};
 use crate::dynamics::Exponent;
@@ -36,18 +38,22 @@ pub use set::{CostPoint, CostSet, Knob};
 use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// What it came to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,
     /// Where it was held, of what varies in the scene.
     pub held: Held,
     /// Time over which trajectories are compared, s.
+    #[serde(rename = "horizon_s")]
     pub horizon: f64,
     /// The largest Lyapunov exponent, 1/s, by which the horizon was chosen.
+    #[serde(rename = "exponent_per_s")]
     pub exponent: Option<Exponent>,
     /// The sets, knob by knob.
     pub sets: Vec<CostSet>,
+    /// The cheapest setting of the integrator for each error.
+    pub advice: Vec<Advice>,
     /// Whether it was told to stop: then the knobs that were not done are missing.
     pub stopped: bool,
 }
@@ -115,6 +121,7 @@ pub fn cost(
         held: held(&plan.scene),
         horizon: ground.horizon,
         exponent,
+        advice: advice(&sets),
         sets,
     }))
 }

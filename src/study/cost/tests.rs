@@ -38,7 +38,7 @@ fn tighter_tolerances_cost_calls_and_bring_accuracy() {
         assert!(calls.is_sorted(), "{}: {calls:?}", set.family);
         assert!(set.points.iter().all(|point| point.seconds > 0.0));
     }
-    let advised = advice(&study.sets);
+    let advised = &study.advice;
     assert_eq!(advised.len(), TARGETS.len());
     for (advice, target) in advised.iter().zip(TARGETS) {
         assert!(advice.target == target && advice.error <= target);

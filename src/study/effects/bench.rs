@@ -1,6 +1,7 @@
 //! Measurements in turns: what a machine does meanwhile troubles all of them alike.
 
 use cpu_time::{ProcessTime, ThreadTime};
+use serde::Serialize;
 
 /// Why something failed.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -18,7 +19,7 @@ const STUDENT: f64 = 3.18;
 const STAGES: f64 = 5.0;
 
 /// A number with its scatter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measured {
     /// The mean.
     pub mean: f64,

@@ -1,9 +1,11 @@
 //! An effect in a scene, and what it costs.
 
+use serde::{Serialize, Serializer};
+
 use super::bench::Measured;
 
 /// An effect in a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
     /// What it is called.
     pub name: &'static str,
@@ -14,9 +16,28 @@ pub struct Effect {
     /// How, in words; empty where it is off.
     pub setting: String,
     /// CPU time that it takes, or would take, of a simulated second, s; or why that cannot be told.
+    #[serde(flatten, serialize_with = "cost_or_reason")]
     pub cost: Result<Measured, Untold>,
     /// CPU time that it takes once, before the first sample, s; `None` where it takes none worth telling.
+    #[serde(rename = "setup_s")]
     pub setup: Option<Measured>,
+}
+
+/// The cost, or why it cannot be told, as JSON has it.
+fn cost_or_reason<S: Serializer>(
+    cost: &Result<Measured, Untold>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Record {
+        cpu_s_per_s: Option<Measured>,
+        untold: Option<String>,
+    }
+    let record = Record {
+        cpu_s_per_s: cost.ok(),
+        untold: cost.err().map(|why| why.to_string()),
+    };
+    record.serialize(serializer)
 }
 
 /// Why the cost of an effect cannot be told.

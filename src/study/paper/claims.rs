@@ -1,6 +1,6 @@
 //! What the paper claims, and how it compares with what was found.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::evidence::Evidence;
 use crate::dynamics::{Exponent, Sign};
@@ -94,7 +94,8 @@ pub fn claims() -> Vec<Claim> {
 }
 
 /// Whether a claim holds of what was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(into = "HoldsRecord")]
 pub enum Holds {
     /// It does.
     Yes,
@@ -106,7 +107,33 @@ pub enum Holds {
     Unknown,
 }
 
+/// Whether a claim holds, as JSON has it.
+#[derive(Serialize)]
+struct HoldsRecord {
+    holds: &'static str,
+    share: f64,
+}
+
+impl From<Holds> for HoldsRecord {
+    fn from(holds: Holds) -> Self {
+        Self {
+            holds: holds.name(),
+            share: holds.share(),
+        }
+    }
+}
+
 impl Holds {
+    /// In a word: `yes`, `partly`, `no` or `unknown`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yes => "yes",
+            Self::Partly(_) => "partly",
+            Self::No => "no",
+            Self::Unknown => "unknown",
+        }
+    }
+
     /// How far it holds, 0 to 1; what cannot be told does not.
     pub fn share(self) -> f64 {
         match self {
@@ -137,9 +164,10 @@ impl Holds {
 }
 
 /// A claim beside what was found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// The claim.
+    #[serde(flatten, serialize_with = "claim_record")]
     pub claim: Claim,
     /// What is published, in a word.
     pub published: String,
@@ -148,7 +176,26 @@ pub struct Finding {
     /// Relative deviation of a number.
     pub deviation: Option<f64>,
     /// Whether the claim holds.
+    #[serde(flatten)]
     pub holds: Holds,
+}
+
+/// A claim as JSON has it: its words.
+fn claim_record<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Record<'a> {
+        id: &'a str,
+        place: &'a str,
+        says: &'a str,
+        weight: f64,
+    }
+    let record = Record {
+        id: &claim.id,
+        place: &claim.place,
+        says: &claim.says,
+        weight: claim.weight,
+    };
+    record.serialize(serializer)
 }
 
 /// Compares every claim with what was found.

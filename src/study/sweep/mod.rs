@@ -2,6 +2,8 @@
 
 mod plan;
 #[cfg(feature = "table")]
+mod result;
+#[cfg(feature = "table")]
 mod row;
 #[cfg(feature = "table")]
 mod table;
@@ -18,6 +20,8 @@ use crate::joint::BallJoint;
 use crate::scene::SceneError;
 pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
+pub use result::{Stretch, SweepResult};
+#[cfg(feature = "table")]
 pub use table::{
     CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
 };
@@ -29,6 +33,16 @@ pub struct SweepPoint {
     pub place: Place,
     /// The response, or why there is none.
     pub outcome: Result<Response, String>,
+}
+
+impl SweepPoint {
+    /// The kind of motion in words.
+    pub fn kind(&self) -> String {
+        match &self.outcome {
+            Ok(found) => found.regime.to_string(),
+            Err(_) => "no response".to_owned(),
+        }
+    }
 }
 
 /// How far a sweep is.

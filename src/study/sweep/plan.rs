@@ -1,7 +1,5 @@
 //! What is to be done: axes, starts, the order of the points, and which of them a machine takes.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Parameter, Scene, SceneError};
@@ -48,9 +46,10 @@ impl Axis {
 }
 
 /// How each point is started. Attractors coexist, so that this is part of the question.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, strum::Display)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Start {
     /// Each from the scene's kick.
     Cold,
@@ -63,16 +62,6 @@ pub enum Start {
 impl Start {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Cold, Self::Up, Self::Down];
-}
-
-impl fmt::Display for Start {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Cold => "cold",
-            Self::Up => "up",
-            Self::Down => "down",
-        })
-    }
 }
 
 /// A sweep: every value of the first axis at every value of the second, from every start.
@@ -195,7 +184,7 @@ impl SweepPlan {
         let record = PlanRecord {
             version: crate::VERSION.to_owned(),
             scene: self.scene.name.clone(),
-            starts: self.starts.iter().map(Start::to_string).collect(),
+            starts: self.starts.clone(),
             text: self.scene.text.clone(),
             modes: fingerprint(&self.scene),
             response: self.response,
@@ -219,14 +208,9 @@ impl SweepPlan {
             let parameter = Parameter::named(&axis.path).map_err(|e| e.to_string())?;
             Ok(Axis::new(parameter, axis.values))
         });
-        let starts = record.starts.iter().map(|name| {
-            let mut starts = Start::ALL.into_iter();
-            let start = starts.find(|start| start.to_string() == *name);
-            start.ok_or_else(|| format!("no start is called `{name}`"))
-        });
         Ok(Self {
             axes: axes.collect::<Result<_, String>>()?,
-            starts: starts.collect::<Result<_, String>>()?,
+            starts: record.starts,
             response: record.response,
             scene,
         })
@@ -244,7 +228,7 @@ fn fingerprint(scene: &Scene) -> Option<String> {
 struct PlanRecord {
     version: String,
     scene: String,
-    starts: Vec<String>,
+    starts: Vec<Start>,
     text: String,
     /// What the file of modes holds, if the scene takes its modes from one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

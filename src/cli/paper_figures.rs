@@ -1,0 +1,83 @@
+//! The counterparts of the paper's figures.
+
+use super::error::Cause;
+use crate::joint::{BallJoint, Friction};
+use crate::plot::Figure;
+use crate::plot::paper::{
+    bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
+    sections,
+};
+use crate::study;
+use crate::study::paper::{EMBEDDED_AT, Evidence, Finding, MOTIONS, SUCCESSION};
+use crate::study::sweep::{SweepPlan, SweepPoint};
+use crate::text::paper::caption;
+
+/// All figures that can be drawn, or only one, each with its caption.
+pub(super) fn figures(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    (evidence, findings): (&Evidence, &[Finding]),
+    only: Option<u8>,
+) -> Result<Vec<Figure>, Cause> {
+    let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
+    let numbers = (1..=super::paper::FIGURES).filter(|n| only.is_none_or(|only| only == *n));
+    let mut figures = Vec::new();
+    for number in numbers {
+        let tilt = number
+            .checked_sub(4)
+            .and_then(|k| MOTIONS.get(usize::from(k)));
+        let motion = tilt.and_then(|tilt| Some((*tilt, evidence.at(*tilt)?)));
+        let figure = match (number, motion) {
+            (4..=7, Some((tilt, response))) => {
+                let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
+                Some(self::motion(number.into(), tilt, response, &modes))
+            }
+            (1..=3, _) => of_the_joint(number, &ball)?,
+            _ => of_the_sweep(number, plan, points, evidence)?,
+        };
+        figures.extend(figure.map(|figure| Figure {
+            caption: caption(number, motion, findings),
+            ..figure
+        }));
+    }
+    Ok(figures)
+}
+
+/// Fig. 1 to 3, which need no motion.
+fn of_the_joint(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
+    let tilt = MOTIONS[2].to_radians();
+    Ok(match (number, ball.spec().friction) {
+        (1, _) => Some(configuration(ball, &ball.model(tilt)?, tilt)?),
+        (2, _) => Some(mode_shapes(ball)?),
+        (_, Friction::Stribeck { law, .. }) => {
+            let velocity = ball.sliding_velocity(tilt);
+            let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            Some(friction_curves(&law, sliding))
+        }
+        _ => None,
+    })
+}
+
+/// Fig. 8 to 11.
+fn of_the_sweep(
+    number: u8,
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    evidence: &Evidence,
+) -> Result<Option<Figure>, Cause> {
+    let [first, last] = SUCCESSION;
+    // Every second tenth of a degree: without 3.5, which the sweep has besides.
+    let mut succession = evidence.between(first, last);
+    succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
+    Ok(match number {
+        8 => {
+            let chosen = evidence.at(EMBEDDED_AT).and_then(study::paper::embedding);
+            let chosen = chosen.transpose()?;
+            chosen.map(|(choice, dt)| embedding(EMBEDDED_AT, &choice, dt))
+        }
+        9 => Some(recurrence_plots(&succession)),
+        10 => Some(sections(&succession)),
+        11 => Some(bifurcation(plan, points)),
+        _ => None,
+    })
+}
