@@ -6,9 +6,9 @@ use std::path::Path;
 
 use clap::Args as Arguments;
 
+use super::document::WrittenFile;
 use super::error::CliError;
 use super::output::OutputFile;
-use super::report::FileReport;
 use crate::plot::{Figure, Format, Look, Size, Style};
 
 /// How figures are drawn.
@@ -71,7 +71,7 @@ pub fn write_figures(
     option: &'static str,
     figures: &[Figure],
     (args, default): (&FigureArgs, &[Format]),
-) -> Result<Vec<FileReport>, CliError> {
+) -> Result<Vec<WrittenFile>, CliError> {
     std::fs::create_dir_all(directory).map_err(|source| drawing(source.into()))?;
     let mut written = Vec::new();
     for figure in figures {
@@ -90,11 +90,11 @@ pub fn write_figure(
     figure: &Figure,
     args: &FigureArgs,
     format: Format,
-) -> Result<FileReport, CliError> {
+) -> Result<WrittenFile, CliError> {
     let content = figure.file(&args.look(), format);
     let content = content.map_err(|error| drawing(error.into()))?;
     file.write(|out| out.write_all(&content))?;
-    Ok(FileReport::of(file)?)
+    Ok(WrittenFile::of(file)?)
 }
 
 /// A fault while drawing.

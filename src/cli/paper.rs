@@ -15,7 +15,7 @@ use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
-use super::paper_figures;
+use super::paper_figures::{self, FIGURES};
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{Files, show, work_through, write_recording, write_tables};
 use crate::escape;
@@ -31,9 +31,6 @@ const SCENE: &str = "paper";
 
 /// The first figure that shows a motion; those before need no simulation.
 const FIRST_OF_MOTION: u8 = 4;
-
-/// How many figures there are.
-pub(super) const FIGURES: u8 = 11;
 
 /// The page, the table and the recording in the directory asked for.
 const PAGE: &str = "README.md";

@@ -12,6 +12,9 @@ use crate::study::paper::{EMBEDDED_AT, Evidence, Finding, MOTIONS, SUCCESSION};
 use crate::study::sweep::{SweepPlan, SweepPoint};
 use crate::text::paper::caption;
 
+/// How many figures there are.
+pub(super) const FIGURES: u8 = 11;
+
 /// All figures that can be drawn, or only one, each with its caption.
 pub(super) fn figures(
     plan: &SweepPlan,
@@ -20,7 +23,7 @@ pub(super) fn figures(
     only: Option<u8>,
 ) -> Result<Vec<Figure>, Cause> {
     let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
-    let numbers = (1..=super::paper::FIGURES).filter(|n| only.is_none_or(|only| only == *n));
+    let numbers = (1..=FIGURES).filter(|n| only.is_none_or(|only| only == *n));
     let mut figures = Vec::new();
     for number in numbers {
         let tilt = number

@@ -3,15 +3,11 @@
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 
-use anstyle::{AnsiColor, Style};
-use serde::Serialize;
-
-pub(super) use super::document::WrittenFile as FileReport;
-use super::document::list;
 use super::error::CliError;
-use super::output::{OutputError, OutputFile};
+use super::output::OutputError;
 use crate::escape;
 use crate::scene::{Held, SceneWarning};
+use anstyle::{AnsiColor, Style};
 
 /// The style of what is wrong, or grows.
 pub(super) const BAD: Style = AnsiColor::Red.on_default().bold();
@@ -20,54 +16,9 @@ pub(super) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 /// The style of a name that stands at the head of a text.
 pub(super) const NAME: Style = Style::new().bold();
 
-/// A result that can be shown and written.
-pub trait Report: Serialize {
-    /// The text for the terminal, several lines.
-    fn text(&self) -> String;
-}
-
-/// Adds the files written, a line each with its size.
-pub(super) fn list_files(text: &mut String, files: &[FileReport]) {
-    text.push_str(&list(files));
-}
-
 /// From radians back to the decimal of degrees that was written.
 pub(super) fn degrees(radians: f64) -> f64 {
     (radians.to_degrees() * 1e9).round() / 1e9
-}
-
-/// Shows a result, and writes it as JSON if asked for.
-///
-/// # Errors
-/// When the JSON file cannot be written.
-pub fn deliver(report: &impl Report, json: Option<&OutputFile>) -> Result<(), OutputError> {
-    let written = write_json(report, json);
-    print(&report.text())?;
-    written
-}
-
-/// Writes a result as JSON, where a file is given.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn write_json(report: &impl Report, json: Option<&OutputFile>) -> Result<(), OutputError> {
-    let Some(file) = json else {
-        return Ok(());
-    };
-    file.write(|out| {
-        serde_json::to_writer_pretty(&mut *out, report)?;
-        writeln!(out)
-    })
-}
-
-/// Prints a result as JSON in place of its text.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn print_json(report: &impl Report) -> Result<(), OutputError> {
-    let json = serde_json::to_string_pretty(report)
-        .map_err(|fault| OutputError::Terminal(fault.into()))?;
-    print(&format!("{json}\n"))
 }
 
 /// Prints to the standard output, in colour where that is a terminal.

@@ -496,7 +496,7 @@ fn text(scene: &str, found: &SweepResult<'_>) -> String {
             "  {BEWARE}{failed} points{BEWARE:#} have no response: see `error` in the tables"
         );
     }
-    let unsettled = count(is_unsettled);
+    let unsettled = count(SweepPoint::is_unsettled);
     if unsettled > 0 {
         let _ = writeln!(
             text,
@@ -504,10 +504,6 @@ fn text(scene: &str, found: &SweepResult<'_>) -> String {
         );
     }
     text
-}
-
-fn is_unsettled(point: &SweepPoint) -> bool {
-    point.outcome.as_ref().is_ok_and(|found| !found.settled)
 }
 
 /// The points, a row each.
@@ -518,7 +514,7 @@ fn table(found: &SweepResult<'_>) -> Table {
     let mut table = table.right("exponent, 1/s").left("unstable");
     for point in found.points {
         let response = point.outcome.as_ref().ok();
-        let mark = if is_unsettled(point) { "*" } else { "" };
+        let mark = if point.is_unsettled() { "*" } else { "" };
         let line = response.and_then(|found| found.lines.first());
         let spectrum = response.and_then(|found| found.exponents.as_ref());
         let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());

@@ -95,7 +95,8 @@ fn a_sweep_leaves_its_tables_figures_and_words() {
     );
     assert_eq!(report["points"][0]["error"], serde_json::Value::Null);
     let svg = std::fs::read_to_string(desk.path("figures/new/bifurcation.svg")).unwrap();
-    assert!(svg.contains("<title>few: "), "{svg}");
+    let title = "<title>torus-3deg: continued up, continued down</title>";
+    assert!(svg.contains(title), "{svg}");
     assert_eq!(
         std::fs::read_to_string(desk.path("a.csv"))
             .unwrap()

@@ -97,7 +97,8 @@ impl Butterfly {
             plot,
             units: [length, speed],
         } = Field::new(self.scales.map(FullScale::get));
-        self.axes.draw(rec, paths::BUTTERFLY_AXES, time, &plot)?;
+        self.axes
+            .draw(rec, paths::BUTTERFLY_PORTRAIT, time, &plot)?;
         for (copy, [path, now]) in COPIES.into_iter().enumerate() {
             let points = self.trail.iter().map(|point| {
                 let [u, v] = point[copy];

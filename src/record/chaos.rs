@@ -118,8 +118,7 @@ impl Chaos {
                 [low, high],
             ),
         );
-        self.divergence
-            .draw(rec, paths::DIVERGENCE_AXES, time, &plot)?;
+        self.divergence.draw(rec, paths::DIVERGENCE, time, &plot)?;
         let points = curve.iter().enumerate();
         let points = points.filter(|(_, value)| value.is_finite());
         plot.draw_curve(
@@ -148,7 +147,7 @@ impl Chaos {
             ),
             None => "no straight part: no exponent".to_owned(),
         };
-        plot.draw_caption(rec, paths::DIVERGENCE_CAPTION, time, &words)
+        plot.draw_caption(rec, paths::DIVERGENCE, time, &words)
     }
 
     fn draw_path(
@@ -168,7 +167,7 @@ impl Chaos {
         let half = half[0].max(half[1]).max(1e-12);
         let unit = self.quantity.unit(half);
         let plot = path_plot(style::round_up(unit.per_si * half), &unit.symbol);
-        self.path.draw(rec, paths::ZERO_ONE_AXES, time, &plot)?;
+        self.path.draw(rec, paths::ZERO_ONE_PICTURE, time, &plot)?;
         plot.draw_curve(
             rec,
             paths::ZERO_ONE_PATH,
@@ -178,7 +177,7 @@ impl Chaos {
             (style::SIGNAL, 0.7),
         )?;
         let words = format!("K = {}", short(zero_one.k));
-        plot.draw_caption(rec, paths::ZERO_ONE_CAPTION, time, &words)
+        plot.draw_caption(rec, paths::ZERO_ONE_PICTURE, time, &words)
     }
 }
 

@@ -61,8 +61,7 @@ impl Delay {
                 [0.0, style::round_up(top)],
             ),
         );
-        self.mutual
-            .draw(rec, paths::DELAY_MUTUAL_AXES, time, &plot)?;
+        self.mutual.draw(rec, paths::DELAY_MUTUAL, time, &plot)?;
         let curve = bits.iter().enumerate().map(|(k, bits)| [lag(k), *bits]);
         plot.draw_curve(
             rec,
@@ -85,7 +84,7 @@ impl Delay {
             unit.symbol,
             choice.lag
         );
-        plot.draw_caption(rec, paths::DELAY_MUTUAL_CAPTION, time, &words)
+        plot.draw_caption(rec, paths::DELAY_MUTUAL, time, &words)
     }
 
     fn draw_neighbours(
@@ -101,7 +100,7 @@ impl Delay {
             Axis::linear("false nearest neighbours, %", [0.0, 100.0]),
         );
         self.neighbours
-            .draw(rec, paths::DELAY_NEIGHBOURS_AXES, time, &plot)?;
+            .draw(rec, paths::DELAY_NEIGHBOURS, time, &plot)?;
         let points: Vec<_> = share
             .iter()
             .enumerate()
@@ -131,7 +130,7 @@ impl Delay {
             if choice.unfolded { "" } else { ", the least" },
             Quantity::Time.words(dt * choice.theiler as f64),
         );
-        plot.draw_caption(rec, paths::DELAY_NEIGHBOURS_CAPTION, time, &words)
+        plot.draw_caption(rec, paths::DELAY_NEIGHBOURS, time, &words)
     }
 }
 

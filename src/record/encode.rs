@@ -127,7 +127,7 @@ impl Encoder {
         text::log_about(rec, &header)?;
         regime::name_kinds(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
-        spectrum.plot.draw(rec, paths::SPECTRUM_AXES, None)?;
+        spectrum.plot.draw(rec, paths::SPECTRUM, None)?;
         let subject = &header.subject;
         let lesson = header.computed.as_ref();
         let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed, &spectrum));

@@ -78,7 +78,8 @@ impl ExponentsPlot {
         let largest = values.fold(0.0, |a: f64, value| a.max(value.abs()));
         self.scale.update(1.1 * largest, SMALLEST);
         let plot = spectrum_plot(spectrum.exponents.len(), self.scale.get());
-        self.axes.draw(rec, paths::EXPONENTS_AXES, time, &plot)?;
+        self.axes
+            .draw(rec, paths::EXPONENTS_SPECTRUM, time, &plot)?;
         let ends = plot.x.range.map(|x| [x, 0.0]);
         plot.draw_curve(
             rec,
@@ -106,7 +107,7 @@ impl ExponentsPlot {
             Some(dimension) => format!("Kaplan-Yorke dimension {}", with_error(&dimension, 1.0)),
             None => "95 % intervals".to_owned(),
         };
-        plot.draw_caption(rec, paths::EXPONENTS_CAPTION, time, &words)
+        plot.draw_caption(rec, paths::EXPONENTS_SPECTRUM, time, &words)
     }
 }
 

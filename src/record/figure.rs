@@ -111,14 +111,13 @@ impl View {
         panel: &Panel,
     ) -> Result<(), RecordError> {
         let plot = self.plot(panel);
-        let axes = self.at(paths::PANEL_AXES);
         match at {
-            Some(at) => self.axes.draw(rec, &axes, at, &plot)?,
-            None => plot.draw(rec, &axes, None)?,
+            Some(at) => self.axes.draw(rec, &self.path, at, &plot)?,
+            None => plot.draw(rec, &self.path, None)?,
         }
         let key = key(panel);
         if !key.is_empty() {
-            plot.draw_key(rec, &self.at(paths::PANEL_KEY), &key)?;
+            plot.draw_key(rec, &self.path, &key)?;
         }
         self.draw_layers(rec, at, &plot, &panel.layers)?;
         // What changes says each time whether there is something.
@@ -133,7 +132,7 @@ impl View {
         }
         if !panel.caption.is_empty() {
             let above = words(&panel.caption, [0.5 * plot.width, -36.0], style::AXIS);
-            log(rec, &self.at(paths::PANEL_CAPTION), at, &above)?;
+            log(rec, &paths::caption(&self.path), at, &above)?;
         }
         Ok(())
     }

@@ -67,8 +67,8 @@ impl Lesson {
         }
         let turns = turns_plot(header);
         if let Some(plot) = &turns {
-            plot.draw(rec, paths::LESSON_LOOP_AXES, None)?;
-            plot.draw_key(rec, paths::LESSON_LOOP_KEY, &turns_key())?;
+            plot.draw(rec, paths::LESSON_LOOP, None)?;
+            plot.draw_key(rec, paths::LESSON_LOOP, &turns_key())?;
         }
         Ok(Self {
             text: LessonText::default(),
@@ -222,8 +222,8 @@ pub fn picture_bounds(picture: &ComputedPicture) -> Bounds {
 /// Curves, and where the run is on them.
 fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), RecordError> {
     let plot = picture_plot(picture);
-    plot.draw(rec, paths::LESSON_COMPUTED_AXES, None)?;
-    plot.draw_key(rec, paths::LESSON_COMPUTED_KEY, &picture_key(picture))?;
+    plot.draw(rec, paths::LESSON_COMPUTED, None)?;
+    plot.draw_key(rec, paths::LESSON_COMPUTED, &picture_key(picture))?;
     let at = |points: &[[f64; 2]]| {
         points
             .iter()

@@ -21,10 +21,6 @@ pub const LESSON_COMPUTED: &str = "lesson/computed";
 pub const LESSON_COMPUTED_CURVES: &str = "lesson/computed/curves";
 /// Where the run is on them.
 pub const LESSON_COMPUTED_MARKS: &str = "lesson/computed/marks";
-/// Its axes.
-pub const LESSON_COMPUTED_AXES: &str = "lesson/computed/axes";
-/// What its colours mean.
-pub const LESSON_COMPUTED_KEY: &str = "lesson/computed/key";
 /// Pitch over tilt, up and down.
 pub const LESSON_LOOP: &str = "lesson/loop";
 /// On the way up.
@@ -33,10 +29,6 @@ pub const LESSON_LOOP_UP: &str = "lesson/loop/up";
 pub const LESSON_LOOP_DOWN: &str = "lesson/loop/down";
 /// Now.
 pub const LESSON_LOOP_NOW: &str = "lesson/loop/now";
-/// Axes of the loop.
-pub const LESSON_LOOP_AXES: &str = "lesson/loop/axes";
-/// What its colours mean.
-pub const LESSON_LOOP_KEY: &str = "lesson/loop/key";
 /// The scene, its text, how to read the views, versions.
 pub const ABOUT: &str = "about";
 /// Warnings and the summary, as a log.
@@ -103,14 +95,10 @@ pub const PORTRAIT: &str = "portrait";
 pub const PORTRAIT_TRAIL: &str = "portrait/trail";
 /// Present point of the phase portrait.
 pub const PORTRAIT_NOW: &str = "portrait/now";
-/// Axes of the phase portrait.
-pub const PORTRAIT_AXES: &str = "portrait/axes";
 /// Delay embedding.
 pub const EMBEDDING: &str = "embedding";
 /// Trail of delay vectors.
 pub const EMBEDDING_TRAIL: &str = "embedding/trail";
-/// Box and names of the axes round the delay vectors.
-pub const EMBEDDING_AXES: &str = "embedding/axes";
 
 /// Amplitude spectrum.
 pub const SPECTRUM: &str = "spectrum";
@@ -124,22 +112,14 @@ pub const SPECTRUM_STEMS: &str = "spectrum/stems";
 pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
 /// Computed frequencies of the modes that grow.
 pub const SPECTRUM_COMPUTED: &str = "spectrum/computed";
-/// Axes of the spectrum.
-pub const SPECTRUM_AXES: &str = "spectrum/axes";
 
 /// Spectrogram.
 pub const SPECTROGRAM: &str = "spectrogram";
-/// Axes of the spectrogram.
-pub const SPECTROGRAM_AXES: &str = "spectrogram/axes";
 
 /// Recurrence plot.
 pub const RECURRENCE: &str = "recurrence";
 /// Picture of the recurrence plot.
 pub const RECURRENCE_IMAGE: &str = "recurrence/image";
-/// Axes of the recurrence plot.
-pub const RECURRENCE_AXES: &str = "recurrence/axes";
-/// Recurrence rate and threshold, in words.
-pub const RECURRENCE_CAPTION: &str = "recurrence/caption";
 
 /// Average mutual information.
 pub const DELAY_MUTUAL: &str = "delay/mutual_information";
@@ -147,10 +127,6 @@ pub const DELAY_MUTUAL: &str = "delay/mutual_information";
 pub const DELAY_MUTUAL_CURVE: &str = "delay/mutual_information/curve";
 /// The lag chosen.
 pub const DELAY_MUTUAL_CHOSEN: &str = "delay/mutual_information/chosen";
-/// Axes of the mutual information.
-pub const DELAY_MUTUAL_AXES: &str = "delay/mutual_information/axes";
-/// The lag chosen and why, in words.
-pub const DELAY_MUTUAL_CAPTION: &str = "delay/mutual_information/caption";
 /// False nearest neighbours.
 pub const DELAY_NEIGHBOURS: &str = "delay/false_neighbours";
 /// Share of false neighbours over the dimension.
@@ -159,25 +135,17 @@ pub const DELAY_NEIGHBOURS_CURVE: &str = "delay/false_neighbours/curve";
 pub const DELAY_NEIGHBOURS_POINTS: &str = "delay/false_neighbours/points";
 /// The dimension chosen.
 pub const DELAY_NEIGHBOURS_CHOSEN: &str = "delay/false_neighbours/chosen";
-/// Axes of the false neighbours.
-pub const DELAY_NEIGHBOURS_AXES: &str = "delay/false_neighbours/axes";
-/// The dimension chosen, in words.
-pub const DELAY_NEIGHBOURS_CAPTION: &str = "delay/false_neighbours/caption";
 
 /// Poincare section.
 pub const SECTION: &str = "section";
 /// Passages through the section.
 pub const SECTION_POINTS: &str = "section/points";
-/// Axes of the section.
-pub const SECTION_AXES: &str = "section/axes";
 /// Return map of the section.
 pub const RETURN_MAP: &str = "return_map";
 /// A value at one passage against the next.
 pub const RETURN_MAP_POINTS: &str = "return_map/points";
 /// Where a passage repeats the one before.
 pub const RETURN_MAP_DIAGONAL: &str = "return_map/diagonal";
-/// Axes of the return map.
-pub const RETURN_MAP_AXES: &str = "return_map/axes";
 
 /// Recurrence rate RR, 0 to 1.
 pub const RECURRENCE_RATE: &str = "quantification/recurrence_rate";
@@ -210,10 +178,6 @@ pub const DIVERGENCE: &str = "chaos/divergence";
 pub const DIVERGENCE_CURVE: &str = "chaos/divergence/curve";
 /// Its straight part.
 pub const DIVERGENCE_LINE: &str = "chaos/divergence/line";
-/// Axes of the divergence.
-pub const DIVERGENCE_AXES: &str = "chaos/divergence/axes";
-/// The exponent, in words.
-pub const DIVERGENCE_CAPTION: &str = "chaos/divergence/caption";
 /// The largest exponent and the ends of its error, 1/s.
 pub const EXPONENT: &str = "chaos/exponent";
 /// Result K of the 0-1 test.
@@ -222,10 +186,6 @@ pub const ZERO_ONE: &str = "chaos/zero_one";
 pub const ZERO_ONE_PICTURE: &str = "chaos/translation";
 /// Path of the translation variables of the 0-1 test.
 pub const ZERO_ONE_PATH: &str = "chaos/translation/path";
-/// Axes of the path.
-pub const ZERO_ONE_AXES: &str = "chaos/translation/axes";
-/// K, in words.
-pub const ZERO_ONE_CAPTION: &str = "chaos/translation/caption";
 
 /// The Lyapunov exponents so far and the ends of their intervals, 1/s.
 pub const EXPONENTS_RUNNING: &str = "lyapunov/running";
@@ -239,10 +199,6 @@ pub const EXPONENTS_POINTS: &str = "lyapunov/spectrum/points";
 pub const EXPONENTS_BARS: &str = "lyapunov/spectrum/intervals";
 /// Where an exponent is zero.
 pub const EXPONENTS_ZERO_LINE: &str = "lyapunov/spectrum/zero";
-/// Axes of the picture.
-pub const EXPONENTS_AXES: &str = "lyapunov/spectrum/axes";
-/// The dimension, in words.
-pub const EXPONENTS_CAPTION: &str = "lyapunov/spectrum/caption";
 /// The exponents and what they say, in words.
 pub const EXPONENTS_WORDS: &str = "lyapunov/words";
 
@@ -262,8 +218,6 @@ pub const BUTTERFLY_FIRST_NOW: &str = "butterfly/portrait/first_now";
 pub const BUTTERFLY_SECOND: &str = "butterfly/portrait/second";
 /// The second copy now.
 pub const BUTTERFLY_SECOND_NOW: &str = "butterfly/portrait/second_now";
-/// Axes of the portraits.
-pub const BUTTERFLY_AXES: &str = "butterfly/portrait/axes";
 /// How far they have parted, in words.
 pub const BUTTERFLY_WORDS: &str = "butterfly/words";
 
@@ -301,12 +255,6 @@ pub const DIAGRAM: &str = "diagram";
 /// Everything about a point of a sweep, in words.
 pub const POINT_WORDS: &str = "words";
 
-/// Axes of a panel, below the panel.
-pub const PANEL_AXES: &str = "axes";
-/// What the colours of a panel mean.
-pub const PANEL_KEY: &str = "key";
-/// Numbers that belong to a panel.
-pub const PANEL_CAPTION: &str = "caption";
 /// What a panel says where there is nothing to draw.
 pub const PANEL_NOTE: &str = "note";
 /// Names of the peaks of a panel.
@@ -375,12 +323,22 @@ fn name_of(words: &str) -> String {
     words.replace(|c| !plain(c), "_")
 }
 
-/// Curves and names of a plot's axes live in two entities below the plot's axes.
-pub fn axis_lines(axes: &str) -> String {
-    format!("{axes}/lines")
+/// Frame, ticks and grid of the picture at a path.
+pub fn axis_lines(picture: &str) -> String {
+    format!("{picture}/axes/lines")
 }
 
-/// See [`axis_lines`].
-pub fn axis_labels(axes: &str) -> String {
-    format!("{axes}/labels")
+/// Names and numbers of the axes of the picture at a path.
+pub fn axis_labels(picture: &str) -> String {
+    format!("{picture}/axes/labels")
+}
+
+/// What the colours of the picture at a path mean.
+pub fn key(picture: &str) -> String {
+    format!("{picture}/key")
+}
+
+/// The numbers that belong to the picture at a path.
+pub fn caption(picture: &str) -> String {
+    format!("{picture}/caption")
 }

@@ -72,7 +72,7 @@ impl Plot {
         }
     }
 
-    /// Logs the axes below `path`, for all times or from a moment on.
+    /// Logs the axes of the picture at `path`, for all times or from a moment on.
     pub fn draw(
         &self,
         rec: &RecordingStream,
@@ -204,7 +204,7 @@ impl Plot {
         stream::log_at(rec, path, at, &stem)
     }
 
-    /// Writes words above the field, below the name of the upright axis: a plot that has both
+    /// Writes words above the field of the picture at `path`, below the name of the upright axis: a plot that has both
     /// needs a head of [`CAPTION_HEIGHT`].
     pub fn draw_caption(
         &self,
@@ -218,12 +218,12 @@ impl Plot {
             .with_show_labels(true)
             .with_colors([style::AXIS])
             .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, path, at, &caption)
+        stream::log_at(rec, paths::caption(path), at, &caption)
     }
 }
 
 impl Plot {
-    /// Says for all times what the colours mean, above the field: a plot that has such a key needs a head
+    /// Says for all times what the colours of the picture at `path` mean, above the field: a plot that has such a key needs a head
     /// of [`key_height`].
     pub fn draw_key(
         &self,
@@ -237,7 +237,7 @@ impl Plot {
             .with_show_labels(true)
             .with_colors(words.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.0)]);
-        rec.log_static(path, &key)
+        rec.log_static(paths::key(path), &key)
     }
 }
 
@@ -284,7 +284,7 @@ pub const CAPTION_HEIGHT: f32 = 26.0;
 pub struct Axes(Option<Plot>);
 
 impl Axes {
-    /// Logs the axes of `plot` below `path` from a moment on, unless they stand there already.
+    /// Logs the axes of `plot`, the picture at `path`, from a moment on, unless they stand there already.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,

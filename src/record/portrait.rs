@@ -120,7 +120,7 @@ impl Portrait {
         if changed {
             field
                 .plot
-                .draw(rec, paths::PORTRAIT_AXES, Some(frame.t0.into()))?;
+                .draw(rec, paths::PORTRAIT, Some(frame.t0.into()))?;
         }
         self.draw_trail(rec, &field, frame)?;
         draw_point(rec, &field, frame)
@@ -343,7 +343,7 @@ pub fn draw_cube(
     let edges = LineStrips3D::new(edges)
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
-    let axes = root.at(paths::EMBEDDING_AXES);
+    let axes = root.at(paths::EMBEDDING);
     stream::log_at(rec, paths::axis_lines(&axes), at, &edges)?;
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(names.iter().map(String::as_str))

@@ -91,7 +91,7 @@ impl Recurrence {
         let image_path = self.root.at(paths::RECURRENCE_IMAGE);
         if self.drawn != Some(now) {
             self.drawn = Some(now);
-            let axes = self.root.at(paths::RECURRENCE_AXES);
+            let axes = self.root.at(paths::RECURRENCE);
             Self::plot(picture.window).draw(rec, &axes, Some(at))?;
             let scale = SIDE / picture.size as f32;
             let scale = Transform3D::from_scale([scale, scale, 1.0]);
@@ -117,7 +117,7 @@ impl Recurrence {
     }
 
     fn caption(&self, rec: &RecordingStream, at: Moment, words: &str) -> Result<(), RecordError> {
-        let path = self.root.at(paths::RECURRENCE_CAPTION);
+        let path = self.root.at(paths::RECURRENCE);
         Self::plot(1.0).draw_caption(rec, &path, at, words)
     }
 }

@@ -177,7 +177,7 @@ impl Section {
     fn draw_section(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let [(x, x_unit), (y, y_unit)] = self.coordinates.each_ref().map(|c| c.axis(""));
         let plot = plot(x, y);
-        self.axes[0].draw(rec, paths::SECTION_AXES, time, &plot)?;
+        self.axes[0].draw(rec, paths::SECTION, time, &plot)?;
         let points = self.recent.iter();
         let points = points.map(|[x, y]| plot.at(x_unit * x, y_unit * y));
         draw_cloud(rec, paths::SECTION_POINTS, time, points)
@@ -188,7 +188,7 @@ impl Section {
         let (x, unit) = coordinate.axis(" at one passage");
         let (y, _) = coordinate.axis(" at the next");
         let plot = plot(x, y);
-        self.axes[1].draw(rec, paths::RETURN_MAP_AXES, time, &plot)?;
+        self.axes[1].draw(rec, paths::RETURN_MAP, time, &plot)?;
         let pairs = self.recent.iter().zip(self.recent.iter().skip(1));
         let points = pairs.map(|(one, next)| plot.at(unit * one[0], unit * next[0]));
         draw_cloud(rec, paths::RETURN_MAP_POINTS, time, points)

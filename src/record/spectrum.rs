@@ -258,7 +258,7 @@ impl Spectrogram {
         let picture = spectrogram_plot(header);
         // What never changes hides all that comes later.
         let from = picture.endless.then(|| Moment::from(picture.start));
-        picture.plot.draw(rec, paths::SPECTROGRAM_AXES, from)?;
+        picture.plot.draw(rec, paths::SPECTROGRAM, from)?;
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
@@ -326,7 +326,7 @@ impl Spectrogram {
         let start = start + duration * ((time - start) / duration).floor();
         self.picture.begin_at(start);
         let axes = Some(Moment::from(start));
-        self.picture.plot.draw(rec, paths::SPECTROGRAM_AXES, axes)?;
+        self.picture.plot.draw(rec, paths::SPECTROGRAM, axes)?;
         self.levels.fill(f32::NEG_INFINITY);
         (self.logged, self.filled, self.time) = (0, 0, start);
         for tile in 0..WIDTH / TILE {

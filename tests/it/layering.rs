@@ -435,8 +435,8 @@ fn outside_crates_stay_in_their_module() {
     let modules = modules();
     for (what, homes) in [
         ("rerun", "record"),
-        // Choices of figures are options as they are.
-        ("clap", "cli plot"),
+        // Choices of figures and studies are options as they are.
+        ("clap", "cli plot study"),
         // A viewer may be stuck for ever, and so has a thread that can be left behind.
         ("std::thread", "pipeline study record live"),
         ("crossbeam_channel", "pipeline study record"),

@@ -145,7 +145,7 @@ fn a_recording_holds_every_entity_at_every_value() {
             paths::SPECTRUM_PEAKS,
             paths::SPECTRUM_NAMES,
             paths::SPECTRUM_STEMS,
-            paths::RECURRENCE_CAPTION,
+            &paths::caption(paths::RECURRENCE),
             paths::EXPONENTS_RUNNING,
             paths::EXPONENTS_ZERO,
             "portrait/note",
@@ -161,10 +161,10 @@ fn a_recording_holds_every_entity_at_every_value() {
             assert_eq!(entities[&root.at(path)].rows, 0, "{path} is static");
         }
         for axes in [
-            "diagram/axes",
-            paths::PORTRAIT_AXES,
-            paths::SECTION_AXES,
-            paths::SPECTRUM_AXES,
+            paths::DIAGRAM,
+            paths::PORTRAIT,
+            paths::SECTION,
+            paths::SPECTRUM,
         ] {
             let axes = paths::axis_labels(&root.at(axes));
             assert!(entities.contains_key(&axes), "{axes}");

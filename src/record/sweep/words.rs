@@ -4,16 +4,19 @@ use std::fmt::Write as _;
 
 use super::SweepStudy;
 use crate::{
-    escape, plot,
+    escape,
+    number::{fixed, short},
+    plot,
     record::{
         exponents,
-        style::{Quantity, capital, short},
+        style::{Quantity, capital},
         text,
     },
     study::{
         response::{Response, section_lag},
         sweep::{Shard, Start, SweepPoint},
     },
+    table::Table,
 };
 
 /// Lines of a spectrum that are told.
@@ -133,19 +136,19 @@ fn lines(text: &mut String, found: &Response) {
         text.push_str("No line in the spectrum.\n\n");
         return;
     }
-    text.push_str("| line | Hz | amplitude |\n|---|---|---|\n");
+    let mut table = Table::default().left("line").right("Hz").right("amplitude");
     for line in found.lines.iter().take(LINES) {
-        let _ = writeln!(
-            text,
-            "| {} | {:.1} | {} |",
-            match &*line.label {
-                "" => "–",
-                name => name,
-            },
-            line.frequency,
+        let name = match &*line.label {
+            "" => "–",
+            name => name,
+        };
+        table.row([
+            name.to_owned(),
+            fixed(line.frequency, 1),
             Quantity::Length.words(line.amplitude),
-        );
+        ]);
     }
+    text.push_str(&table.markdown());
     let more = found.lines.len().saturating_sub(LINES);
     if more > 0 {
         let _ = write!(text, "\nand {more} weaker ones.");
@@ -158,19 +161,18 @@ fn lyapunov(text: &mut String, found: &Response) {
     let Some(spectrum) = &found.exponents else {
         return;
     };
-    text.push_str("| λ | 1/s, 95 % | sign |\n|---|---|---|\n");
+    let mut table = Table::default().left("λ").right("1/s, 95 %").left("sign");
     for (k, exponent) in spectrum.exponents.iter().enumerate() {
-        let _ = writeln!(
-            text,
-            "| λ{} | {} | {} |",
-            k + 1,
+        table.row([
+            format!("λ{}", k + 1),
             exponents::with_error(exponent, 1.0),
-            exponents::sign_words(spectrum.sign(k)),
-        );
+            exponents::sign_words(spectrum.sign(k)).to_string(),
+        ]);
     }
     let _ = write!(
         text,
-        "\nBy its exponents: **{}**.\n\n",
+        "{}\nBy its exponents: **{}**.\n\n",
+        table.markdown(),
         spectrum.attractor()
     );
 }
@@ -183,17 +185,13 @@ fn modes(text: &mut String, found: &Response) {
     if linear.unstable().next().is_none() {
         return text.push_str("Steady sliding is stable here.\n\n");
     }
-    text.push_str("| unstable mode | Hz | growth, 1/s |\n|---|---|---|\n");
+    let mut table = Table::default().left("unstable mode").right("Hz");
+    table = table.right("growth, 1/s");
     for mode in linear.unstable() {
-        let _ = writeln!(
-            text,
-            "| {} | {:.1} | {} |",
-            mode.label,
-            mode.frequency_hz,
-            short(mode.growth)
-        );
+        let (frequency, growth) = (fixed(mode.frequency_hz, 1), short(mode.growth));
+        table.row([mode.label.clone(), frequency, growth]);
     }
-    text.push('\n');
+    let _ = writeln!(text, "{}", table.markdown());
 }
 
 /// How to read the views.
@@ -214,24 +212,25 @@ have one for all values.
 /// The sweep as a whole.
 pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     let scene = &sweep.plan.scene;
-    let starts: String = sweep.starts().map(|start| format!(" {start} |")).collect();
-    let rule = "---|".repeat(sweep.starts().count() + 1);
-    let row = |&value: &f64| {
-        let kinds = sweep.starts().map(|start| kind(sweep.at(start, value)));
-        let kinds: String = kinds.map(|kind| format!(" {kind} |")).collect();
-        format!("| {value} |{kinds}\n")
-    };
-    let rows: String = sweep.values().iter().map(row).collect();
     let axis = sweep.plan.axes.first();
+    let label = axis.map_or_else(String::new, |axis| axis.label());
+    let mut table = Table::default().right(label);
+    for start in sweep.starts() {
+        table = table.left(start.to_string());
+    }
+    for value in sweep.values() {
+        let kinds = sweep.starts().map(|start| kind(sweep.at(start, *value)));
+        table.row(std::iter::once(value.to_string()).chain(kinds));
+    }
     format!(
         "# {scene_name} over {name}\n\n\
          The settled motion at each value of one number of the scene, for each way of starting. \
          Drag the cursor at the bottom (timeline `{timeline}`), or press play.\n\n\
-         {READING}\n## All points\n\n| {label} |{starts}\n|{rule}\n{rows}\n\
+         {READING}\n## All points\n\n{points}\n\
          An asterisk: not settled. τ = {lag} in sections.\n\n{origin}",
         origin = text::study_about(scene, sweep.command),
         name = parameter(sweep),
-        label = axis.map_or_else(String::new, |axis| axis.label()),
+        points = table.markdown(),
         lag = Quantity::Time.words(section_lag(scene)),
         scene_name = escape::code(&scene.name),
     )
@@ -242,7 +241,6 @@ fn kind(point: Option<&SweepPoint>) -> String {
     let Some(point) = point else {
         return "–".to_owned();
     };
-    let is_unsettled = point.outcome.as_ref().is_ok_and(|found| !found.settled);
-    let mark = if is_unsettled { "\\*" } else { "" };
+    let mark = if point.is_unsettled() { "\\*" } else { "" };
     format!("{}{mark}", point.kind())
 }

@@ -123,11 +123,9 @@ fn an_audience_is_told_how_far_each_piece_goes() {
 const LABORATORY: &[&str] = &[
     paths::DELAY_MUTUAL_CURVE,
     paths::DELAY_MUTUAL_CHOSEN,
-    paths::DELAY_MUTUAL_CAPTION,
     paths::DELAY_NEIGHBOURS_CURVE,
     paths::DELAY_NEIGHBOURS_POINTS,
     paths::DELAY_NEIGHBOURS_CHOSEN,
-    paths::DELAY_NEIGHBOURS_CAPTION,
     paths::SECTION_POINTS,
     paths::RETURN_MAP_POINTS,
     paths::RECURRENCE_RATE,
@@ -144,13 +142,19 @@ const LABORATORY: &[&str] = &[
     paths::TREND,
     paths::DIVERGENCE_CURVE,
     paths::DIVERGENCE_LINE,
-    paths::DIVERGENCE_CAPTION,
     paths::EXPONENT,
     paths::ZERO_ONE,
     paths::ZERO_ONE_PATH,
-    paths::ZERO_ONE_CAPTION,
     paths::REGIME_CONFIDENCE,
     paths::REGIME_VERDICT,
+];
+
+/// The pictures of the laboratory that have a caption.
+const CAPTIONED: &[&str] = &[
+    paths::DELAY_MUTUAL,
+    paths::DELAY_NEIGHBOURS,
+    paths::DIVERGENCE,
+    paths::ZERO_ONE_PICTURE,
 ];
 
 /// What is drawn at every look at the flow of a joint.
@@ -160,7 +164,6 @@ const FLOW: &[&str] = &[
     paths::EXPONENTS_POINTS,
     paths::EXPONENTS_BARS,
     paths::EXPONENTS_ZERO_LINE,
-    paths::EXPONENTS_CAPTION,
     paths::EXPONENTS_WORDS,
     paths::BUTTERFLY_DISTANCE,
     paths::BUTTERFLY_WORDS,
@@ -189,6 +192,9 @@ fn a_signal_is_drawn_without_a_joint() {
     ];
     for path in pictures.iter().chain(LABORATORY) {
         assert!(entities[*path].rows > 0 || *path == paths::ABOUT, "{path}");
+    }
+    for picture in CAPTIONED {
+        assert!(entities[&paths::caption(picture)].rows > 0, "{picture}");
     }
     for name in entities.keys() {
         let room = name.split('/').next().unwrap_or_default();
@@ -299,7 +305,6 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::SPECTRUM_NAMES,
         paths::SPECTRUM_STEMS,
         paths::RECURRENCE_IMAGE,
-        paths::RECURRENCE_CAPTION,
         paths::HEALTH_WORDS,
         paths::HEALTH_ERROR,
         paths::HEALTH_CALLS,
@@ -312,9 +317,13 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         assert!(entities.contains_key(path), "{path} is missing");
     }
     let looks = (1e3 * duration / 5.0).round() as usize;
-    for path in LABORATORY.iter().chain(FLOW) {
-        assert!(entities[*path].rows.abs_diff(looks) <= 1, "{path}");
+    let captions = CAPTIONED.iter().chain(&[paths::EXPONENTS_SPECTRUM]);
+    let captions = captions.map(|picture| paths::caption(picture));
+    let paths = LABORATORY.iter().chain(FLOW).map(|path| (*path).to_owned());
+    for path in paths.chain(captions) {
+        assert!(entities[&path].rows.abs_diff(looks) <= 1, "{path}");
     }
+    assert!(entities.contains_key(&paths::caption(paths::RECURRENCE)));
     assert_eq!(entities[paths::BUTTERFLY_DISPLACEMENT].rows, samples);
     // The line is straight from the start to where it ends.
     assert_eq!(entities[paths::BUTTERFLY_LINE].rows, 2);
@@ -322,19 +331,19 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         assert_eq!(entities[path].rows, frames, "{path}");
     }
     for axes in [
-        paths::DELAY_MUTUAL_AXES,
-        paths::DELAY_NEIGHBOURS_AXES,
-        paths::SECTION_AXES,
-        paths::RETURN_MAP_AXES,
-        paths::DIVERGENCE_AXES,
-        paths::ZERO_ONE_AXES,
-        paths::EXPONENTS_AXES,
-        paths::BUTTERFLY_AXES,
-        paths::PORTRAIT_AXES,
-        paths::EMBEDDING_AXES,
-        paths::SPECTRUM_AXES,
-        paths::SPECTROGRAM_AXES,
-        paths::RECURRENCE_AXES,
+        paths::DELAY_MUTUAL,
+        paths::DELAY_NEIGHBOURS,
+        paths::SECTION,
+        paths::RETURN_MAP,
+        paths::DIVERGENCE,
+        paths::ZERO_ONE_PICTURE,
+        paths::EXPONENTS_SPECTRUM,
+        paths::BUTTERFLY_PORTRAIT,
+        paths::PORTRAIT,
+        paths::EMBEDDING,
+        paths::SPECTRUM,
+        paths::SPECTROGRAM,
+        paths::RECURRENCE,
     ] {
         assert!(entities.contains_key(&paths::axis_lines(axes)), "{axes}");
         assert!(entities.contains_key(&paths::axis_labels(axes)), "{axes}");

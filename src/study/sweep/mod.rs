@@ -43,6 +43,11 @@ impl SweepPoint {
             Err(_) => "no response".to_owned(),
         }
     }
+
+    /// Whether the motion still changed when it was measured.
+    pub fn is_unsettled(&self) -> bool {
+        self.outcome.as_ref().is_ok_and(|found| !found.settled)
+    }
 }
 
 /// How far a sweep is.
