@@ -8,47 +8,27 @@ use serde::Serialize;
 
 use super::args::AnalyseArgs;
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report;
+use super::report::{self, print_warning};
+use super::resources;
 use super::run::{command_line, shown};
 use super::signal_text;
-use crate::import::{Selection, Signal};
-use crate::pipeline::message::Summary;
-use crate::plot::Figure;
-use crate::study::signal::{SignalReport, SignalSearch, analyse_signal};
-
-/// A signal to be played along the road of a simulation.
-pub(super) struct Play<'a> {
-    /// The file that it comes from.
-    pub file: &'a Path,
-    /// The signal and what is known of it.
-    pub report: &'a SignalReport,
-    /// How the program was started, for the record.
-    pub command: &'a str,
-    /// Where the recording goes.
-    pub save: &'a Path,
-    /// True once it shall end.
-    pub stop: &'a Arc<AtomicBool>,
-    /// To be told the share done, 0 to 1, from any thread.
-    pub progress: &'a (dyn Fn(f64) + Sync),
-}
-
-/// What the rest of the crate does for this command.
-pub(super) struct Tools {
-    /// Reads a signal.
-    pub read: fn(&Path, &Selection) -> Result<Signal, CliError>,
-    /// Stems of the names of the figures.
-    pub names: &'static [&'static str],
-    /// The figures.
-    pub draw: fn(&SignalReport) -> Vec<Figure>,
-    /// Records the analyses along the signal.
-    pub play: fn(&Play<'_>) -> Result<Summary, Cause>,
-}
+use crate::analysis::range;
+use crate::import::{
+    Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
+};
+use crate::pipeline::message::{SignalInfo, Summary};
+use crate::pipeline::{Monitor, Playback, drive};
+use crate::plot::{SIGNAL_FIGURES, signal_figures};
+use crate::record::{Output, RerunSink, read_series};
+use crate::scene::RecordSpec;
+use crate::study::signal::{
+    SignalReport, SignalSearch, analyse_signal, highest_frequency, live_analysis,
+};
 
 /// The report with the file that it is on.
 #[derive(Serialize)]
@@ -62,12 +42,12 @@ struct Analysed<'a> {
 ///
 /// # Errors
 /// Bad input before any work; a fault while drawing or recording; Ctrl-C.
-pub(super) fn analyse(args: &AnalyseArgs, tools: &Tools) -> Result<(), CliError> {
+pub(super) fn analyse(args: &AnalyseArgs) -> Result<(), CliError> {
     let stop = interrupt::catch()?;
-    execute(args, &stop, tools)
+    execute(args, &stop)
 }
 
-fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<(), CliError> {
+fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let [save, json] = check_all(
         Some(args.file.as_os_str()),
         [
@@ -76,13 +56,13 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         ],
     )?;
     if let Some(directory) = &args.figures {
-        let names = args.drawn.names(tools.names, &PIXELS);
+        let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
         check_directory(directory, "--figures", &names)?;
     }
     if save.is_some() {
-        engine::check_memory()?;
+        resources::check_memory()?;
     }
-    let signal = (tools.read)(
+    let signal = read(
         &args.file,
         &Selection {
             column: args.column.clone(),
@@ -92,7 +72,7 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
             max_samples: Some(args.max_samples),
         },
     )?;
-    engine::start_pool()?;
+    resources::start_pool()?;
     let search = SignalSearch {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
@@ -116,13 +96,13 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
         files.extend(write_figures(
             directory,
             "--figures",
-            &(tools.draw)(&report),
+            &signal_figures(&report),
             drawn,
         )?);
     }
     let summary = save
         .as_ref()
-        .map(|save| play(args, &report, save, stop, tools))
+        .map(|save| play(args, &report, save, stop))
         .transpose()?;
     files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
     let mut text = signal_text::text(&args.file, &report);
@@ -146,28 +126,93 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>, tools: &Tools) -> Result<
     }
 }
 
-/// Sends the signal down the road into a recording.
+/// Times of a recording are whole nanoseconds.
+const NANOSECOND: f64 = 1e-9;
+
+/// Reads a signal from any file, recordings included.
+fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
+    let failed = |problem| ImportError {
+        path: path.to_owned(),
+        problem,
+    };
+    if Format::of(path).map_err(failed)? != Format::Rrd {
+        let progress = Progress::of_steps();
+        let signal = read_signal_with(path, selection, &mut |share| {
+            progress.step(share, "reading");
+        });
+        return Ok(signal?);
+    }
+    let series = read_series(path, selection.column.as_deref())?;
+    if let Some(damage) = &series.damage {
+        let length = match (series.times.first(), series.times.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        };
+        print_warning(&format!(
+            "{} is damaged at {damage}; the {} samples of `{}` before that, {length:.6} s, are read",
+            path.display(),
+            series.values.len(),
+            series.name
+        ));
+    }
+    let table = Table {
+        columns: vec![Column::new(series.name, &series.unit, series.values)],
+        clock: Clock::Times {
+            times: series.times,
+            resolution: NANOSECOND,
+        },
+    };
+    // The column has been chosen above.
+    let rest = Selection {
+        column: None,
+        ..selection.clone()
+    };
+    Ok(table.signal(&rest).map_err(failed)?)
+}
+
+/// Sends the signal through analyses and recording, as a simulation would be.
 fn play(
     args: &AnalyseArgs,
     report: &SignalReport,
     save: &OutputFile,
     stop: &Arc<AtomicBool>,
-    tools: &Tools,
 ) -> Result<Summary, CliError> {
-    let progress = Progress::of_steps();
-    let summary = (tools.play)(&Play {
-        file: &args.file,
-        report,
-        command: &command_line(),
-        save: save.path(),
-        stop,
-        progress: &|share| progress.step(share, "recording"),
-    });
-    drop(progress);
-    summary.map_err(|source| CliError::Run {
+    let failed = |source: Cause| CliError::Run {
         doing: "recording",
         source,
-    })
+    };
+    let signal = &report.signal;
+    let source = args.file.file_name().unwrap_or(args.file.as_os_str());
+    let source = source.to_string_lossy().into_owned();
+    let title = format!(
+        "{source}, {}: {} samples at {} Hz",
+        signal.name,
+        signal.samples.len(),
+        signal.rate
+    );
+    let info = SignalInfo {
+        source,
+        column: signal.name.clone(),
+        unit: signal.unit.clone(),
+        start: signal.start,
+        span: range(signal.samples.iter().copied()),
+        highest_frequency: highest_frequency(report),
+    };
+    let analysis = live_analysis(report);
+    let playback = Playback::new(title, info, &signal.samples, signal.rate, analysis);
+    let output = Output {
+        save: Some(save.path().to_owned()),
+        ..Output::default()
+    };
+    let sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY);
+    let mut sink = sink.map_err(|fault| failed(fault.into()))?;
+    let (start, duration) = (signal.start, signal.duration());
+    let progress = Progress::of_steps();
+    let monitor = Monitor {
+        stop,
+        progress: &|time| progress.step((time - start) / duration, "recording"),
+    };
+    drive(playback, &command_line(), &mut sink, monitor).map_err(|fault| failed(fault.into()))
 }
 
 #[cfg(test)]
@@ -175,81 +220,70 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    fn tone(_: &Path, _: &Selection) -> Result<Signal, CliError> {
-        let sample = |k: u32| (TAU * 0.0213 * f64::from(k)).sin();
-        Ok(Signal {
-            name: "tone".to_owned(),
-            unit: "m".to_owned(),
-            rate: 1000.0,
-            start: 2.0,
-            samples: (0..2000).map(sample).collect(),
-        })
-    }
-
-    const TOOLS: Tools = Tools {
-        read: tone,
-        names: &["tone"],
-        draw: |_| vec![Figure::new("tone", "A tone", 30.0, Vec::new())],
-        play: |job| {
-            std::fs::write(job.save, job.command)?;
-            (job.progress)(0.5);
-            Ok(Summary {
-                interrupted: job.report.signal.start != 2.0,
-                ..Summary::default()
-            })
-        },
-    };
-
+    /// A folder with a file of a tone, 2 s from 2 s on.
     struct Desk(tempfile::TempDir);
 
     impl Desk {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().expect("temporary folder");
+            let sample = |k: u32| (TAU * 0.0213 * f64::from(k)).sin();
+            let rows =
+                (0..2000).map(|k| format!("{:.3},{}\n", 2.0 + 1e-3 * f64::from(k), sample(k)));
+            let text = format!("time (s),tone (m)\n{}", rows.collect::<String>());
+            std::fs::write(folder.path().join("tone.csv"), text).expect("written");
+            Self(folder)
+        }
+
         fn args(&self) -> AnalyseArgs {
             let path = |name: &str| self.0.path().join(name);
             AnalyseArgs {
-                file: path("tone.wav"),
+                file: path("tone.csv"),
                 save: Some(path("out.rrd")),
                 figures: Some(path("new/figures")),
                 json: Some(path("out.json")),
+                max_samples: 10_000,
                 ..AnalyseArgs::default()
             }
         }
     }
 
-    fn desk() -> Desk {
-        Desk(tempfile::tempdir().expect("temporary folder"))
-    }
-
     #[test]
-    fn all_outputs_are_written_and_told() {
-        let (desk, stop) = (desk(), Arc::default());
-        execute(&desk.args(), &stop, &TOOLS).expect("done");
+    fn all_outputs_are_written_and_listed() {
+        let (desk, stop) = (Desk::new(), Arc::default());
+        execute(&desk.args(), &stop).expect("done");
         let text = std::fs::read(desk.0.path().join("out.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["signal"]["start_s"], 2.0);
         assert_eq!(json["signal"]["duration_s"], 2.0);
-        assert_eq!(json["files"].as_array().map(Vec::len), Some(2));
-        let figure = desk.0.path().join("new/figures/tone.png");
-        let figure = std::fs::read(figure).expect("written");
-        assert!(figure.starts_with(b"\x89PNG"));
-        assert_eq!(json["files"][0]["bytes"], figure.len());
+        let files = json["files"].as_array().expect("a list");
+        assert_eq!(files.len(), SIGNAL_FIGURES.len() + 1);
+        for file in files {
+            let bytes = std::fs::read(file["path"].as_str().expect("a path")).expect("written");
+            assert_eq!(file["bytes"], bytes.len());
+        }
+        let figure = files[0]["path"].as_str().map(std::fs::read);
+        assert!(
+            figure
+                .expect("a path")
+                .expect("written")
+                .starts_with(b"\x89PNG")
+        );
     }
 
     #[test]
     fn an_interrupted_analysis_leaves_nothing() {
-        let (desk, stop) = (desk(), Arc::new(AtomicBool::new(true)));
-        let error = execute(&desk.args(), &stop, &TOOLS).expect_err("interrupted");
+        let (desk, stop) = (Desk::new(), Arc::new(AtomicBool::new(true)));
+        let error = execute(&desk.args(), &stop).expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
-        assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 0);
+        // The signal.
+        assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 1);
     }
 
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
-        let (desk, stop) = (desk(), Arc::default());
-        let never = Tools {
-            read: |_, _| panic!("nothing must be read"),
-            ..TOOLS
-        };
+        let (desk, stop) = (Desk::new(), Arc::default());
         let file = desk.args().file;
+        // As a signal it would be refused, too.
         std::fs::write(&file, "sound").expect("written");
         for args in [
             AnalyseArgs {
@@ -265,20 +299,10 @@ mod tests {
                 ..desk.args()
             },
         ] {
-            let error = execute(&args, &stop, &never).expect_err("refused");
+            let error = execute(&args, &stop).expect_err("refused");
+            assert!(matches!(error, CliError::Output(_)), "{error}");
             assert_eq!(error.exit_code(), 2, "{error}");
         }
         assert_eq!(std::fs::read(&file).expect("there"), b"sound");
-    }
-
-    #[test]
-    fn a_fault_while_drawing_is_no_bad_input() {
-        let (desk, stop) = (desk(), Arc::default());
-        let tools = Tools {
-            draw: |_| vec![Figure::new("flat", "", 0.0, Vec::new())],
-            ..TOOLS
-        };
-        let error = execute(&desk.args(), &stop, &tools).expect_err("failed");
-        assert_eq!(error.exit_code(), 1);
     }
 }

@@ -1,20 +1,19 @@
 //! The arguments as the user writes them.
 
-use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 
+use super::common_args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url};
 use super::figures::FigureArgs;
 use super::live_args::LiveArgs;
 use super::sound_args::SoundArgs;
-pub use super::steps::{Steps, StepsError};
+use super::steps::Steps;
 use super::study_args::{
     BasinsArgs, CalibrateArgs, CostArgs, GrowthArgs, MergeArgs, PaperArgs, SweepArgs,
 };
 use crate::analysis::Threshold;
 use crate::import::MAX_SAMPLES;
-use crate::scene::{DEFAULT_SCENE, Scene, SceneError};
 use crate::study::lyapunov::Count;
 
 /// Watch friction squeak: a ball joint from silence to a pure tone, to a torus, to chaos.
@@ -63,54 +62,6 @@ pub enum Command {
     Analyse(AnalyseArgs),
 }
 
-/// The scene of a command.
-#[derive(Clone, Debug, Default, Arguments)]
-pub struct SceneArgs {
-    /// Name of a scene, or path of a scene file [default: tilt-ramp].
-    pub scene: Option<String>,
-}
-
-impl SceneArgs {
-    /// Reads the scene.
-    pub(super) fn load(&self) -> Result<Scene, SceneError> {
-        Scene::load(self.scene.as_deref().unwrap_or(DEFAULT_SCENE))
-    }
-
-    /// What is read, if anything is, which no output may replace.
-    pub(super) fn input(&self) -> Option<&OsStr> {
-        self.scene.as_deref().map(OsStr::new)
-    }
-}
-
-/// The accuracy of a command.
-#[derive(Clone, Copy, Debug, Default, Arguments)]
-pub struct AccuracyArgs {
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
-    pub accuracy: Option<f64>,
-}
-
-impl AccuracyArgs {
-    /// The scene with this accuracy.
-    pub(super) fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
-        changed(scene, self.accuracy, |scene, error| {
-            scene.with_accuracy(error)
-        })
-    }
-}
-
-/// A scene with what the command line changes of it, if it does.
-pub(super) fn changed<T>(
-    scene: Scene,
-    value: Option<T>,
-    change: impl FnOnce(Scene, T) -> Result<Scene, SceneError>,
-) -> Result<Scene, SceneError> {
-    match value {
-        Some(value) => change(scene, value),
-        None => Ok(scene),
-    }
-}
-
 /// Arguments of `squeakscope run`.
 #[derive(Debug, Default, Arguments)]
 #[command(
@@ -154,19 +105,6 @@ pub struct RunArgs {
     /// Write the summary as JSON, too.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-}
-
-/// Where a viewer listens unless told otherwise.
-pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
-
-/// Takes the URL of a viewer; its form is checked here so that a slip is found before any work.
-pub(super) fn viewer_url(text: &str) -> Result<String, String> {
-    let known = ["rerun+http://", "rerun+https://", "rerun://"];
-    if known.iter().any(|scheme| text.starts_with(scheme)) {
-        Ok(text.to_owned())
-    } else {
-        Err(format!("a viewer's URL looks like {DEFAULT_URL}"))
-    }
 }
 
 /// Arguments of `squeakscope scenes`.
@@ -264,13 +202,6 @@ fn slower(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "write a number from 0.01 to 1000".to_owned())
 }
 
-/// Takes a number above zero.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok();
-    let number = number.filter(|number: &f64| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| "write a number above 0".to_owned())
-}
-
 /// Arguments of `squeakscope model`.
 #[derive(Debug, Arguments)]
 pub struct ModelArgs {
@@ -360,18 +291,10 @@ fn threshold(text: &str) -> Result<Threshold, String> {
     })
 }
 
-/// Takes tilts: one, or A:B:STEP, within the range of a tilt.
-pub(super) fn tilts(text: &str) -> Result<Steps, StepsError> {
-    let steps: Steps = text.parse()?;
-    match steps.values().find(|tilt| tilt.abs() > 90.0) {
-        None => Ok(steps),
-        Some(tilt) => Err(StepsError::TiltOutOfRange(tilt)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::steps::StepsError;
     use clap::CommandFactory;
 
     #[test]

@@ -136,7 +136,7 @@ fn text(title: &str, found: &Basins) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::{AccuracyArgs, SceneArgs};
+    use crate::cli::common_args::{AccuracyArgs, SceneArgs};
     use crate::cli::study_args::{ResponseArgs, SweepOutputs, WorkArgs};
 
     fn args(folder: &std::path::Path) -> BasinsArgs {

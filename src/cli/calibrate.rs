@@ -10,11 +10,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
+use super::resources;
 use super::study_args::CalibrateArgs;
 use crate::escape;
 use crate::foreign::open_file;
@@ -67,7 +67,7 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         all: plan.len(),
         stop,
     };
-    engine::start_pool()?;
+    resources::start_pool()?;
     let threads = threads(args.threads);
     let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
     // The bar goes before anything else is printed.

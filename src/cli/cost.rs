@@ -8,12 +8,12 @@ use std::sync::atomic::AtomicBool;
 use anstyle::Style;
 
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
+use super::resources;
 use super::run::command_line;
 use super::study_args::CostArgs;
 use crate::escape;
@@ -41,8 +41,8 @@ pub(super) fn run(args: &CostArgs) -> Result<(), CliError> {
 fn execute(args: &CostArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     let files = Files::check(args)?;
-    engine::check_memory()?;
-    engine::start_pool()?;
+    resources::check_memory()?;
+    resources::start_pool()?;
     let progress = Progress::of_estimate();
     let found = cost(&plan, &mut |(knob, share)| {
         progress.tell(share, knob.name().to_owned());
@@ -242,7 +242,7 @@ fn table(sets: &[CostSet]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::SceneArgs;
+    use crate::cli::common_args::SceneArgs;
     use crate::scene::Scene;
     use crate::study::cost::{CostPoint, advice};
 

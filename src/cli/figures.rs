@@ -104,3 +104,17 @@ pub fn drawing(source: super::error::Cause) -> CliError {
         source,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_while_drawing_is_no_bad_input() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let flat = [Figure::new("flat", "", 0.0, Vec::new())];
+        let drawn = (&FigureArgs::default(), &PIXELS[..]);
+        let error = write_figures(folder.path(), "--figures", &flat, drawn).expect_err("failed");
+        assert_eq!(error.exit_code(), 1);
+    }
+}

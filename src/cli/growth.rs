@@ -8,13 +8,13 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_beside, check_directory};
 use super::progress::Progress;
 use super::report::{self, NAME};
+use super::resources;
 use super::study_args::GrowthArgs;
 use crate::plot::growth_figure;
 use crate::scene::Scene;
@@ -55,7 +55,7 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
     )?;
     let others = [("--page", page.as_ref()), ("--json", json.as_ref())];
     check_beside(&args.out, "--out", &names, &others)?;
-    engine::start_pool()?;
+    resources::start_pool()?;
     let progress = Progress::of_estimate();
     let found = growth(&plan, &mut run_apart, &mut |(size, share)| {
         progress.tell(share, size.name().to_owned());
@@ -211,7 +211,7 @@ fn megabytes(memory: Option<u64>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::SceneArgs;
+    use crate::cli::common_args::SceneArgs;
     use crate::study::growth::{GrowthPoint, Size, Work};
 
     #[test]

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::args::changed;
 use super::audit;
-use super::engine;
+use super::common_args::changed;
 use super::error::CliError;
 use super::interrupt;
 use super::live_args::LiveArgs;
 use super::output::{OutputFile, check_all};
 use super::report;
+use super::resources;
 use super::run::command_line;
 use super::terminal::Terminal;
 use crate::escape;
@@ -42,8 +42,8 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     }
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
-    engine::check_memory()?;
-    engine::start_pool()?;
+    resources::check_memory()?;
+    resources::start_pool()?;
     let page = match plan.watcher {
         Watcher::Page => Some(
             bind(args.host, args.port).map_err(|source| CliError::Serve {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
-use super::args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
+use super::common_args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
 use super::sound_args::SoundArgs;
 
 /// Arguments of `squeakscope live`.

@@ -5,15 +5,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
-
-use super::args::{LyapunovArgs, changed};
+use super::args::LyapunovArgs;
+use super::common_args::changed;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
-use super::exponents::Reading;
 use super::figures::{FigureArgs, PIXELS, write_figure, write_figures};
 use super::interrupt;
-use super::lyapunov_text::{csv, text, title, words};
+use super::lyapunov_text::{Found, csv, text, title};
 use super::output::{
     OutputError, OutputFile, check_all, check_apart, check_beside, check_directory,
 };
@@ -26,48 +24,6 @@ use crate::scene::Scene;
 use crate::study::lyapunov::{
     Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, scene_lyapunov,
 };
-
-/// What was found, and what it comes to.
-#[derive(Debug, Serialize)]
-pub(super) struct Found<'a> {
-    goal: &'static str,
-    goal_reached: bool,
-    interrupted: bool,
-    #[serde(flatten)]
-    pub reading: Reading,
-    /// Sum of all exponents; none where not all are followed.
-    pub sum_per_s: Option<f64>,
-    /// Numbers, from 1, of exponents well below the next one: the tangent vectors have not settled.
-    unsettled: Vec<usize>,
-    /// Simulated seconds a second; none where nothing was followed.
-    pub real_time_factor: Option<f64>,
-    #[serde(flatten)]
-    pub found: &'a SceneLyapunov,
-}
-
-impl<'a> Found<'a> {
-    fn new(goal: Goal, found: &'a SceneLyapunov) -> Self {
-        let study = &found.study;
-        let attractor = study.attractor();
-        Self {
-            goal: match goal {
-                Goal::Time(_) => "time",
-                Goal::HalfWidth(_) => "half_width",
-                Goal::Verdict => "verdict",
-            },
-            goal_reached: study.ending == Ending::Reached,
-            interrupted: study.ending == Ending::Stopped,
-            reading: Reading {
-                words: words(study),
-                ..Reading::new(&study.spectrum, study.motion, attractor, found.omega_1)
-            },
-            sum_per_s: study.sum(),
-            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
-            real_time_factor: (study.followed > 0.0).then(|| study.followed / study.busy_seconds),
-            found,
-        }
-    }
-}
 
 /// Runs the command.
 ///

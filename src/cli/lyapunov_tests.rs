@@ -1,7 +1,7 @@
 //! The command with a small system, and what is said of studies that are made by hand.
 
 use super::*;
-use crate::cli::args::SceneArgs;
+use crate::cli::common_args::SceneArgs;
 use crate::cli::figures::FigureArgs;
 use crate::dynamics::{Exponent, LyapunovSpectrum, Motion, Tally};
 use crate::study::lyapunov::{LyapunovStudy, RunningExponents};
@@ -86,7 +86,7 @@ fn every_number_is_written() {
     assert_eq!(csv.lines().count(), running.len() + 1);
     let drawn = std::fs::read_to_string(desk.path("figures/lyapunov.svg")).expect("drawn");
     assert!(
-        drawn.contains("<title>impact-oscillator</title>"),
+        drawn.contains("<title>Lyapunov exponents of impact-oscillator</title>"),
         "{drawn}"
     );
     let drawn = std::fs::read(desk.path("figures/lyapunov.png")).expect("drawn");

@@ -2,14 +2,60 @@
 
 use std::fmt::Write as _;
 
-use super::lyapunov::Found;
+use serde::Serialize;
+
+use super::exponents::Reading;
 use super::report::{BAD, DOUBTFUL, NAME, degrees};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
 use crate::escape;
 use crate::number::{uncertain, value_and_error};
 use crate::scene::Held;
-use crate::study::lyapunov::{Ending, LyapunovStudy, RESOLVING, RunningExponents, SceneLyapunov};
+use crate::study::lyapunov::{
+    Ending, Goal, LyapunovStudy, RESOLVING, RunningExponents, SceneLyapunov,
+};
 use crate::table::Table;
+
+/// What was found, and what it comes to.
+#[derive(Debug, Serialize)]
+pub(super) struct Found<'a> {
+    goal: &'static str,
+    goal_reached: bool,
+    interrupted: bool,
+    #[serde(flatten)]
+    pub reading: Reading,
+    /// Sum of all exponents; none where not all are followed.
+    pub sum_per_s: Option<f64>,
+    /// Numbers, from 1, of exponents well below the next one: the tangent vectors have not settled.
+    pub unsettled: Vec<usize>,
+    /// Simulated seconds a second; none where nothing was followed.
+    pub real_time_factor: Option<f64>,
+    #[serde(flatten)]
+    pub found: &'a SceneLyapunov,
+}
+
+impl<'a> Found<'a> {
+    pub fn new(goal: Goal, found: &'a SceneLyapunov) -> Self {
+        let study = &found.study;
+        let attractor = study.attractor();
+        Self {
+            goal: match goal {
+                Goal::Time(_) => "time",
+                Goal::HalfWidth(_) => "half_width",
+                Goal::Verdict => "verdict",
+            },
+            goal_reached: study.ending == Ending::Reached,
+            interrupted: study.ending == Ending::Stopped,
+            reading: Reading {
+                words: words(study),
+                ..Reading::new(&study.spectrum, study.motion, attractor, found.omega_1)
+            },
+            sum_per_s: study.sum(),
+            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
+            real_time_factor: (study.followed > 0.0).then(|| study.followed / study.busy_seconds),
+            found,
+        }
+    }
+}
 
 /// Which motion it is, for a heading.
 pub(super) fn title(scene: &str, tilt: Option<f64>) -> String {

@@ -16,10 +16,10 @@ mod args;
 mod audit;
 mod basins;
 mod calibrate;
+mod common_args;
 mod cost;
 mod document;
 mod effects;
-mod engine;
 mod error;
 mod exponents;
 mod figures;
@@ -36,6 +36,7 @@ mod paper_figures;
 mod plain;
 mod progress;
 mod report;
+mod resources;
 mod run;
 mod scenes;
 mod signal_text;
@@ -107,7 +108,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Growth(args)) => growth::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args),
         Some(Command::Model(args)) => model::model(&args),
-        Some(Command::Analyse(args)) => analyse::analyse(&args, &engine::LABORATORY),
+        Some(Command::Analyse(args)) => analyse::analyse(&args),
     }
 }
 

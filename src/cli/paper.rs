@@ -10,12 +10,12 @@ use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::paper_figures::{self, FIGURES};
+use super::resources;
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
 use super::sweep::{Files, show, work_through, write_recording, write_tables};
 use crate::escape;
@@ -131,7 +131,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
     let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
     check_all(scene_file, [("--json", json)])?;
     if args.only.is_none() {
-        engine::check_memory()?;
+        resources::check_memory()?;
     }
     interrupt::work_begins();
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {

@@ -7,16 +7,17 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::args::{RunArgs, changed};
+use super::args::RunArgs;
 use super::audit::{self, Audit};
+use super::common_args::changed;
 use super::document::{Document, WrittenFile};
-use super::engine::start_pool;
 use super::error::{Cause, CliError};
 use super::exponents::{RunExponents, parting};
 use super::interrupt;
 use super::output::{OutputFile, check_all};
 use super::progress::{Progress, Teller};
 use super::report::{self, NAME};
+use super::resources::start_pool;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::pipeline::message::{SpectralLine, Summary};
@@ -326,7 +327,7 @@ fn integration(is_joint: bool, found: &Found<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::SceneArgs;
+    use crate::cli::common_args::SceneArgs;
 
     struct Desk {
         folder: tempfile::TempDir,

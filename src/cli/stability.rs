@@ -138,7 +138,7 @@ fn share(cause: &CauseOfGrowth) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::SceneArgs;
+    use crate::cli::common_args::SceneArgs;
     use crate::joint::NamedMode;
 
     #[test]

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
-use super::args::{AccuracyArgs, SceneArgs, positive, tilts};
+use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
 use crate::study::cost::Knob;

@@ -10,13 +10,13 @@ use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::document::{Document, WrittenFile};
-use super::engine;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
 use super::report;
+use super::resources;
 use super::run::command_line;
 use super::study_args::{
     MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
@@ -80,7 +80,7 @@ pub(super) fn work_through(
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
     let known = known(work.resume, plan, files.table.path())?;
-    engine::start_pool()?;
+    resources::start_pool()?;
     interrupt::work_begins();
     let mut notes = Notes {
         table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
@@ -213,7 +213,7 @@ impl Files {
             ],
         )?;
         if save.is_some() {
-            engine::check_memory()?;
+            resources::check_memory()?;
         }
         match (table, csv) {
             (Some(table), Some(csv)) => Ok(Self {

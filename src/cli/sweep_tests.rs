@@ -3,8 +3,8 @@
 use std::num::NonZero;
 
 use super::*;
-use crate::cli::args::Steps;
-use crate::cli::args::{AccuracyArgs, SceneArgs};
+use crate::cli::common_args::{AccuracyArgs, SceneArgs};
+use crate::cli::steps::Steps;
 use crate::scene::Scene;
 
 fn steps(text: &str) -> Steps {

@@ -429,3 +429,8 @@ impl Swatch {
         }
     }
 }
+
+/// Why a figure could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("the figure could not be drawn: {0}")]
+pub struct FigureError(pub(super) String);

@@ -2,9 +2,9 @@
 
 use base64::Engine as _;
 
+use super::canvas::{Anchor, Canvas, Field, hex};
 use super::color::Color;
 use super::figure::{Image, Layer, Marker, Shape};
-use super::svg::{Anchor, Canvas, Field, hex};
 use super::text;
 
 /// Radius of the dots on peaks.

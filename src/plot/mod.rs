@@ -23,6 +23,8 @@ mod sweep;
 mod unit;
 
 #[cfg(feature = "figure")]
+mod canvas;
+#[cfg(feature = "figure")]
 mod marks;
 #[cfg(feature = "figure")]
 mod raster;
@@ -40,7 +42,7 @@ pub use axis::{Axis, Scale, round_up};
 pub use basins::basins_figure;
 pub use color::{Color, Rgb};
 pub use cost::{Work, cost_figures, error_panels};
-pub use figure::{Bar, Figure, Image, Layer, Marker, Panel, Shape, Swatch};
+pub use figure::{Bar, Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
 pub use growth::growth_figure;
 pub use lyapunov::lyapunov_figure;
 pub use signal::{SIGNAL_FIGURES, signal_figures};
@@ -48,11 +50,6 @@ pub use signal::{SIGNAL_FIGURES, signal_figures};
 pub use style::{Format, Look, Size, SizeError, Style};
 pub use sweep::{exponent_ends, maxima, sweep_figures, words};
 pub use unit::Unit;
-
-/// Why a figure could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("the figure could not be drawn: {0}")]
-pub struct FigureError(String);
 
 #[cfg(feature = "figure")]
 impl Figure {

@@ -6,7 +6,8 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use svg2pdf::{ConversionOptions, PageOptions};
 
-use super::{FigureError, text};
+use super::figure::FigureError;
+use super::text;
 
 /// Dots of an SVG per inch.
 const DOTS: f32 = 96.0;

@@ -169,17 +169,15 @@ impl Encoder {
                 bin,
                 amplitude,
                 peaks,
-            } => spectrum::draw_spectrum(
-                rec,
-                &Root::of_run(),
-                &self.spectrum,
-                *time,
-                Spectrum {
-                    bin: *bin,
+            } => {
+                let bin = *bin;
+                let shown = Spectrum {
+                    bin,
                     amplitude,
                     peaks,
-                },
-            ),
+                };
+                spectrum::draw_spectrum(rec, &Root::of_run(), &self.spectrum, *time, shown)
+            }
             Record::SpectrogramColumn {
                 time,
                 bin,

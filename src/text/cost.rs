@@ -29,7 +29,7 @@ pub fn about(study: &CostStudy, knobs: &[Knob]) -> String {
 fn values(study: &CostStudy, knobs: &[Knob]) -> Value {
     let sets = || study.sets.iter().filter(|set| knobs.contains(&set.knob));
     let errors = || sets().flat_map(|set| &set.points).map(|point| &point.error);
-    let turned = knobs.iter().map(|knob| of_knob(study, *knob)).flatten();
+    let turned = knobs.iter().filter_map(|knob| of_knob(study, *knob));
     let advice = match knobs.contains(&Knob::Integrator) && !study.advice.is_empty() {
         true => advice(study).markdown(),
         false => String::new(),

@@ -24,7 +24,7 @@ const HOMES: &[(u32, &str)] = &[
     (17, "joint/switching.rs"),
     (18, "joint/contact.rs"),
     (19, "dynamics/switching.rs"),
-    (20, "dynamics/differentiable.rs"),
+    (20, "dynamics/system.rs"),
     (21, "dynamics/tangents/mod.rs"),
     (22, "dynamics/tangents/mod.rs"),
     (23, "dynamics/lyapunov/growth.rs"),

@@ -4,6 +4,8 @@
 //! ([`crate::plot::cost_figures`]) and words: what is turned, the cheapest settings, all points as a table.
 //! Nothing changes with time: everything is static, and there is no timeline.
 
+mod picture;
+
 #[cfg(test)]
 mod tests;
 
@@ -21,10 +23,12 @@ use super::{
     text::{self, Origin},
 };
 use crate::{
-    plot::{Panel, Work, error_panels},
+    plot::{Work, error_panels},
     study::cost::{CostPlan, CostPoint, CostSet, CostStudy, Knob},
     text::cost as words,
 };
+
+pub(super) use picture::Picture;
 
 /// The field of a picture beside another, and of one alone, pixels.
 const FIELD: [f32; 2] = [520.0, 700.0];
@@ -32,16 +36,6 @@ const FIELD_ALONE: [f32; 2] = [1100.0, 700.0];
 
 /// Application name: not that of runs and sweeps, whose screens in the viewer are others.
 pub const APPLICATION: &str = "squeakscope-cost";
-
-/// A picture of a knob.
-pub(super) struct Picture {
-    /// Its name.
-    pub name: &'static str,
-    /// Where it is drawn.
-    pub view: View,
-    /// What is drawn.
-    pub panel: Panel,
-}
 
 /// Saves a recording of what accuracy costs by a plan; `command` is how the program was started. The file
 /// takes its name only when it is complete.

@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     analysis::{Regime, SpectralLine},
     dynamics::{Exponent, LyapunovSpectrum, Tally},
-    joint::NamedMode,
+    joint::{BallJoint, NamedMode},
     plot::{
         Color,
         response::{common_reach, phase},
@@ -14,7 +14,7 @@ use crate::{
     study::{
         StabilityAt,
         response::{Portrait, Response, ResponsePlan},
-        sweep::Axis,
+        sweep::{Axis, Start, SweepPlan},
     },
 };
 

@@ -1,6 +1,6 @@
 //! Everything that is told of a settled motion from the probe's samples.
 
-use super::Response;
+use super::settled::{Portrait, Response};
 use crate::analysis::{
     AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
     RateBase, RecurrenceRule, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
@@ -36,26 +36,6 @@ const KEPT: f64 = 0.02;
 
 /// Highest frequency of the spectrum kept, Hz.
 const HIGHEST: f64 = 20e3;
-
-/// Pieces of a settled motion to draw from.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Portrait {
-    /// Spacing of the samples, s.
-    #[serde(rename = "portrait_dt_s")]
-    pub dt: f64,
-    /// The newest displacements, m.
-    #[serde(rename = "portrait_u_m")]
-    pub displacement: Vec<f32>,
-    /// The probe's velocities at the same instants, m/s.
-    #[serde(rename = "portrait_v_m_per_s")]
-    pub velocity: Vec<f32>,
-    /// Spacing of the spectrum's bins, Hz, the first at 0.
-    #[serde(rename = "spectrum_bin_hz")]
-    pub bin: f64,
-    /// Amplitude spectrum of the displacement over the whole measurement, m.
-    #[serde(rename = "spectrum_m")]
-    pub spectrum: Vec<f32>,
-}
 
 /// The probe's samples.
 pub(super) struct Samples {

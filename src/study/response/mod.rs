@@ -8,23 +8,25 @@ mod columns;
 mod measure;
 mod recurrence;
 mod settle;
+mod settled;
 
 #[cfg(test)]
 mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{AnalysisError, Measures, Regime, SpectralLine};
-use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System, Tally};
+use crate::analysis::AnalysisError;
+use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::BallJoint;
 use crate::pipeline::{PipelineError, Prepared, prepare_on};
 use crate::scene::Scene;
 
 use super::pool::Heed;
-use super::{StabilityAt, StudyError, Watch, stability};
+use super::{StudyError, Watch, stability};
 use measure::Samples;
-pub use measure::{Portrait, section_lag};
+pub use measure::section_lag;
 use settle::Settling;
+pub use settled::{Portrait, Response};
 
 /// How a response is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,63 +67,6 @@ pub enum From<'a> {
     Cold,
     /// From the state `[q | dq/dt]` that another run has come to.
     State(&'a [f64]),
-}
-
-/// A settled response. Lengths are in metres, as everywhere; what an analysis could not tell is
-/// empty. Serialised, it is a row of a table: names carry units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Response {
-    /// Time before the measurement began, s: a motion that only looked settled, and gave way to another
-    /// one, is part of it.
-    #[serde(rename = "transient_s")]
-    pub transient: f64,
-    /// Whether the transient was over by then, and the motion one and the same from then on.
-    pub settled: bool,
-    /// Half the range of the probe's displacement, m.
-    #[serde(rename = "amplitude_m")]
-    pub amplitude: f64,
-    /// Root mean square of the probe's velocity, m/s.
-    #[serde(rename = "rms_velocity_m_per_s")]
-    pub rms_velocity: f64,
-    /// The probe's largest speed, m/s.
-    #[serde(rename = "peak_velocity_m_per_s")]
-    pub peak_velocity: f64,
-    /// Kind of motion.
-    pub regime: Regime,
-    /// How sure that is, 0 to 1.
-    pub confidence: f64,
-    /// Share of the power between the lines.
-    pub floor_share: f64,
-    /// Local maxima of the displacement, m, the newest ones: a column of the bifurcation diagram.
-    #[serde(rename = "maxima_m")]
-    pub maxima: Vec<f64>,
-    /// The newest passages through the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` rises
-    /// through zero, m.
-    #[serde(flatten, with = "columns::section")]
-    pub section: Vec<[f64; 2]>,
-    /// Spectral lines, the strongest first.
-    #[serde(flatten, with = "columns::lines")]
-    pub lines: Vec<SpectralLine>,
-    /// The exponents; `None` if none were followed.
-    #[serde(flatten, with = "columns::exponents")]
-    pub exponents: Option<LyapunovSpectrum>,
-    /// Recurrence quantification; `None` where nothing moves.
-    #[serde(flatten, with = "columns::recurrence")]
-    pub recurrence: Option<Measures>,
-    /// Period of the diagonal lines of the recurrence plot, s.
-    #[serde(rename = "recurrence_period_s")]
-    pub recurrence_period: Option<f64>,
-    /// Linear modes at steady sliding; `None` for a system that is no joint.
-    #[serde(flatten, with = "columns::linear")]
-    pub linear: Option<StabilityAt>,
-    /// The state `[q | dq/dt]` at the end, to go on from.
-    pub state: Vec<f64>,
-    /// Work done.
-    #[serde(flatten)]
-    pub tally: Tally,
-    /// Pieces of the motion to draw from, if asked for.
-    #[serde(flatten)]
-    pub portrait: Option<Portrait>,
 }
 
 /// What is being done, for a caller who waits.

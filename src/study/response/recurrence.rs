@@ -1,6 +1,7 @@
 //! The recurrence plot of a settled motion.
 
-use super::measure::{DIMENSION, LAG, Portrait};
+use super::measure::{DIMENSION, LAG};
+use super::settled::Portrait;
 use crate::analysis::{
     AnalysisError, DelayVectors, Norm, RecurrenceImage, RecurrencePlot, Threshold,
 };
