@@ -1,33 +1,169 @@
 //! squeakscope watches friction squeak: how a ball joint goes from silence to a
 //! pure tone, to a torus, to chaos, as the load on it tilts.
 //!
-//! One road leads through the crate:
+//! Data flows one way:
 //!
 //! ```text
-//! scene -> joint -> dynamics -> frame -> analysis -> record
+//! scene -> joint -> dynamics -> frames -> analysis -> records -> recording, viewer, page, figures
 //!           |
 //!          fem
 //! ```
 //!
+//! # Five uses
+//!
+//! Simulate a scene; a [`Sink`](pipeline::Sink) takes the records of the run in order:
+//!
+//! ```
+//! use squeakscope::pipeline::message::Record;
+//! use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
+//! use squeakscope::scene::Scene;
+//!
+//! /// The largest displacement of the contact's centre, m.
+//! struct Largest(f64);
+//!
+//! impl Sink for Largest {
+//!     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+//!         if let Record::Samples(frame) = record {
+//!             self.0 = frame.displacement.iter().fold(self.0, |largest, u| largest.max(u.abs()));
+//!         }
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let scene = Scene::load("periodic-2deg")?.with_duration(5.0)?;
+//! let mut largest = Largest(0.0);
+//! let summary = run(&scene, "an example", &mut largest, Monitor::default())?;
+//! assert!((summary.simulated - 5e-3).abs() < 1e-5);
+//! assert!(largest.0 > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Which modes can squeak: complex eigenvalues at steady sliding, at tilts in rad:
+//!
+//! ```
+//! use squeakscope::joint::BallJoint;
+//! use squeakscope::scene::Scene;
+//! use squeakscope::study::stability;
+//!
+//! let scene = Scene::load("torus-3deg")?;
+//! let ball = BallJoint::new(&scene.joint()?.spec)?;
+//! for at in stability(&ball, &[1.0_f64.to_radians(), 3.0_f64.to_radians()])? {
+//!     for mode in at.unstable() {
+//!         println!("{:.1} Hz grows by {:.0} 1/s: {}", mode.frequency_hz, mode.growth, mode.label);
+//!     }
+//!     assert!(at.unstable().count() > 0);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Lyapunov exponents with their errors:
+//!
+//! ```
+//! use squeakscope::scene::Scene;
+//! use squeakscope::study::lyapunov::{Count, Goal, LyapunovRequest, scene_lyapunov};
+//!
+//! let request = LyapunovRequest {
+//!     count: Count::All,
+//!     settle: None,
+//!     goal: Goal::Time(2.0),
+//!     tolerance: None,
+//! };
+//! let scene = Scene::load("impact-oscillator")?;
+//! let found = scene_lyapunov(&scene, &request, &mut |_| true)?;
+//! for exponent in &found.study.spectrum.exponents {
+//!     println!("{:.3} +- {:.3} 1/s", exponent.value, exponent.half_width);
+//! }
+//! println!("{}", found.study.attractor());
+//! assert_eq!(found.study.spectrum.exponents.len(), found.study.spectrum.dimension);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The type of motion of a signal, here of one made on the spot; [`import::read_signal`] reads files:
+//!
+//! ```
+//! use squeakscope::analysis::Regime;
+//! use squeakscope::import::Signal;
+//! use squeakscope::study::signal::{SignalSearch, analyse_signal};
+//!
+//! let signal = Signal {
+//!     name: "tone".to_owned(),
+//!     unit: "m".to_owned(),
+//!     rate: 48_000.0,
+//!     start: 0.0,
+//!     samples: (0..9600).map(|k| (0.5 * f64::from(k)).sin()).collect(),
+//! };
+//! let report = analyse_signal(signal, &SignalSearch::default(), &mut |_, _| true)?;
+//! let report = report.expect("it was not stopped");
+//! assert_eq!(report.verdict.regime, Regime::Periodic);
+//! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A sweep: the settled response at each value of a parameter of a scene, here continued upwards from one value to
+//! the next:
+//!
+//! ```
+//! use squeakscope::scene::{Parameter, Scene};
+//! use squeakscope::study::response::ResponsePlan;
+//! use squeakscope::study::sweep::{
+//!     Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep,
+//! };
+//!
+//! #[derive(Default)]
+//! struct Points(Vec<SweepPoint>);
+//!
+//! impl Audience for Points {
+//!     type Error = Box<dyn std::error::Error>;
+//!
+//!     fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
+//!         self.0.push(point);
+//!         Ok(())
+//!     }
+//!
+//!     fn progress(&mut self, _: SweepProgress) -> bool {
+//!         true
+//!     }
+//! }
+//!
+//! let plan = SweepPlan {
+//!     scene: Scene::load("periodic-2deg")?,
+//!     axes: vec![Axis::new(Parameter::tilt(), [1.5, 2.0])],
+//!     starts: vec![Start::Up],
+//!     response: ResponsePlan {
+//!         least: 0.02,
+//!         most: 0.03,
+//!         measure: 0.01,
+//!         exponents: 0,
+//!         ..ResponsePlan::default()
+//!     },
+//! };
+//! let mut points = Points::default();
+//! sweep(&plan, Shard::WHOLE, &[], 1, &mut points)?;
+//! for point in &points.0 {
+//!     let response = point.outcome.as_ref()?;
+//!     println!("{} deg: {}, {:.2e} m", point.place.values[0], response.regime, response.amplitude);
+//! }
+//! assert_eq!(points.0.len(), 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
+//!
 //! * [`fem`]: meridian finite elements of a solid of revolution; knows no joint.
 //! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8).
-//! * [`dynamics`]: integrators; knows no joint.
-//! * [`systems`]: small systems with known motions, for the engine's tests and small scenes.
-//! * [`analysis`]: slices of samples in, values out.
+//! * [`dynamics`]: integrators, events, tangent flow; knows no joint.
+//! * [`systems`]: small systems with known motions, for the tests of the integrators and small scenes.
+//! * [`analysis`]: slices of samples in, results out.
 //! * [`scene`]: what to run, parsed and validated once.
-//! * [`pipeline`]: the threads and what travels between them.
-//! * [`text`]: words for what a run shows.
-//! * `record` (feature `record`): the only room that knows Rerun.
-//! * `sound` (feature `sound`): motions to listen to.
-//! * `live` (feature `live`): a run that is steered while it goes on, and the page that shows it.
-//! * `cli` (feature `cli`): the command line.
-//! * [`numpy`]: arrays in `.npz` files, as others write them.
-//! * [`memory`]: how much there is, for those who read files.
-//! * [`import`]: signals from files that somebody else made.
+//! * [`pipeline`]: the threads of a run and the messages between them.
+//! * [`study`]: many runs: sweeps, basins, exponents, cost, the paper.
+//! * [`text`]: words for what a run shows, from templates.
+//! * [`import`], [`export`], [`numpy`]: signals, samples and models as files.
 //! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
-//! * `escape` (private): text from foreign files, as it is shown.
-//! * `number`, `table` (private): numbers and tables as text.
-//! * [`guide`]: longer pages, on the equations and on numerical stability.
+//! * `record` (feature `record`): recordings for the Rerun viewer.
+//! * `sound` (feature `sound`): motions to listen to.
+//! * [`memory`]: how much there is, for those who read files.
+//! * [`guide`]: longer pages, on the equations, the numerics and the commands.
 
 #![cfg_attr(
     test,
@@ -63,7 +199,9 @@ pub mod text;
 mod cli;
 #[cfg(any(feature = "figure", feature = "record"))]
 pub(crate) mod escape;
+// Public for the integration tests alone, which drive sessions from outside.
 #[cfg(feature = "live")]
+#[doc(hidden)]
 pub mod live;
 #[cfg(any(feature = "figure", feature = "record"))]
 pub mod plot;

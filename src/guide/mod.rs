@@ -7,6 +7,7 @@
 //! * [`mechanisms`]: why things squeal, a scene each, with numbers measured in its run.
 //! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
 //! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
+//! * [`json`]: the fields of results, as `--json` writes them.
 //! * [`live`]: a run that is steered while it goes on, its page, its sound.
 //! * [`off`]: what an effect costs that is left out.
 //! * [`peers`]: the laboratory beside other tools, measured.
@@ -33,6 +34,9 @@ pub mod sweeps {}
 #[doc = include_str!("cost.md")]
 #[doc = include_str!("cost.html")]
 pub mod cost {}
+
+#[doc = include_str!("json.md")]
+pub mod json {}
 
 #[doc = include_str!("live.md")]
 pub mod live {}

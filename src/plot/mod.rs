@@ -12,12 +12,12 @@
 mod axis;
 mod basins;
 mod color;
-pub mod cost;
+pub(crate) mod cost;
 mod figure;
 mod growth;
 mod lyapunov;
-pub mod paper;
-pub mod response;
+pub(crate) mod paper;
+pub(crate) mod response;
 mod signal;
 mod sweep;
 mod unit;

@@ -18,6 +18,8 @@ mod faults;
 #[cfg(all(feature = "cli", unix))]
 mod fuzz;
 mod hard_cases;
+#[cfg(feature = "cli")]
+mod json;
 mod laws;
 mod layering;
 // Ctrl-C is sent by a program of Unix.

@@ -1,0 +1,275 @@
+//! The guide's page on JSON, `src/guide/json.md`: the fields of real results, with the words and types of the structs
+//! that are written.
+//!
+//! `UPDATE_GUIDE=1 cargo test --release --test it json` writes the page anew.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use syn::{Attribute, Fields, Type};
+
+/// Each command with an example that is short.
+const EXAMPLES: &[(&str, &str)] = &[
+    ("scenes", "scenes periodic-2deg"),
+    ("scenes --effects", "scenes impact-oscillator --effects"),
+    (
+        "run",
+        "run periodic-2deg --duration 25 --save a.rrd --wav a.wav",
+    ),
+    ("stability", "stability periodic-2deg --tilt 2 --causes"),
+    ("model", "model periodic-2deg --out a.npz"),
+    (
+        "lyapunov",
+        "lyapunov impact-oscillator --duration 60 --settle 10 --until 0.5 --csv a.csv",
+    ),
+    (
+        "sweep",
+        "sweep periodic-2deg --tilt 2:2.5:0.5 --start up --least 20 --most 30 --measure 10 --exponents 1 --out a.arrow",
+    ),
+    (
+        "basins",
+        "basins periodic-2deg --tilt 2 --kicks 2 --least 20 --most 30 --measure 10 --exponents 0 --out a.arrow",
+    ),
+    (
+        "cost",
+        "cost impact-oscillator --only integrator --repeats 1 --horizon 5 --out cost",
+    ),
+    ("analyse", "analyse a.wav --json a.json"),
+];
+
+/// A field of a struct in the source.
+struct Field {
+    kind: String,
+    doc: String,
+}
+
+/// The fields of each struct, by their names in JSON.
+fn structs() -> Vec<BTreeMap<String, Field>> {
+    let mut found = Vec::new();
+    let mut open = vec![root().join("src")];
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            let inside = fs::read_dir(&path).unwrap();
+            open.extend(inside.map(|entry| entry.unwrap().path()));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            items(&syn::parse_file(&text).unwrap().items, &mut found);
+        }
+    }
+    found
+}
+
+/// Takes the structs that are written; some stand in a function that writes them.
+fn items(items: &[syn::Item], found: &mut Vec<BTreeMap<String, Field>>) {
+    for item in items {
+        match item {
+            syn::Item::Struct(item) if derives_serialize(&item.attrs) => {
+                if let Fields::Named(fields) = &item.fields {
+                    found.push(fields.named.iter().filter_map(field).collect());
+                }
+            }
+            syn::Item::Fn(item) => {
+                let inside = item
+                    .block
+                    .stmts
+                    .iter()
+                    .filter_map(|statement| match statement {
+                        syn::Stmt::Item(item) => Some(item.clone()),
+                        _ => None,
+                    });
+                self::items(&inside.collect::<Vec<_>>(), found);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn derives_serialize(attributes: &[Attribute]) -> bool {
+    attributes.iter().any(|attribute| match &attribute.meta {
+        syn::Meta::List(list) => list.tokens.to_string().contains("Serialize"),
+        _ => false,
+    })
+}
+
+fn field(field: &syn::Field) -> Option<(String, Field)> {
+    let mut name = field.ident.as_ref()?.to_string();
+    let mut is_flat = false;
+    for attribute in field.attrs.iter().filter(|a| a.path().is_ident("serde")) {
+        let _ = attribute.parse_nested_meta(|meta| {
+            let value = meta.value().and_then(|value| value.parse::<syn::LitStr>());
+            match value {
+                Ok(value) if meta.path.is_ident("rename") => name = value.value(),
+                _ => is_flat |= meta.path.is_ident("flatten"),
+            }
+            Ok(())
+        });
+    }
+    let doc = doc(&field.attrs);
+    let kind = kind(&field.ty);
+    (!is_flat).then_some((name, Field { kind, doc }))
+}
+
+/// The first paragraph of a doc comment, on one line.
+fn doc(attributes: &[Attribute]) -> String {
+    let lines = attributes.iter().filter_map(|attribute| {
+        let value = &attribute.meta.require_name_value().ok()?.value;
+        match value {
+            syn::Expr::Lit(syn::ExprLit {
+                lit: syn::Lit::Str(text),
+                ..
+            }) => Some(text.value().trim().to_owned()),
+            _ => None,
+        }
+    });
+    let first: Vec<String> = lines.take_while(|line| !line.is_empty()).collect();
+    let text = first.join(" ").replace('|', "\\|");
+    // Links lead nowhere on this page.
+    text.replace("[`", "`").replace("`]", "`")
+}
+
+/// What JSON makes of a type.
+fn kind(kind: &Type) -> String {
+    let Type::Path(path) = kind else {
+        return match kind {
+            Type::Reference(reference) => self::kind(&reference.elem),
+            Type::Slice(_) | Type::Array(_) | Type::Tuple(_) => "list".to_owned(),
+            _ => "object".to_owned(),
+        };
+    };
+    let last = path.path.segments.last().unwrap();
+    let inner = match &last.arguments {
+        syn::PathArguments::AngleBracketed(arguments) => {
+            arguments
+                .args
+                .iter()
+                .rev()
+                .find_map(|argument| match argument {
+                    syn::GenericArgument::Type(kind) => Some(self::kind(kind)),
+                    _ => None,
+                })
+        }
+        _ => None,
+    };
+    match (last.ident.to_string().as_str(), inner) {
+        ("Option", Some(inner)) => format!("{inner} or null"),
+        ("Vec", Some(_)) => "list".to_owned(),
+        ("Box" | "Arc" | "Cow", Some(inner)) => inner,
+        ("f64" | "f32", _) => "number".to_owned(),
+        ("u64" | "u32" | "u8" | "usize" | "i64" | "i32", _) => "integer".to_owned(),
+        ("bool", _) => "boolean".to_owned(),
+        ("String" | "str" | "PathBuf" | "Path", _) => "string".to_owned(),
+        _ => String::new(),
+    }
+}
+
+/// The rows of a result: each path with its type and its meaning.
+fn rows(
+    structs: &[BTreeMap<String, Field>],
+    value: &Value,
+    path: &str,
+    rows: &mut BTreeMap<String, [String; 2]>,
+) {
+    match value {
+        Value::Array(values) => {
+            for value in values {
+                self::rows(structs, value, &format!("{path}[]"), rows);
+            }
+        }
+        Value::Object(fields) => {
+            // A result may be flattened of several structs: each name is of that which shares most with the rest.
+            let shared = |candidate: &&BTreeMap<String, Field>| {
+                candidate
+                    .keys()
+                    .filter(|name| fields.contains_key(*name))
+                    .count()
+            };
+            for (name, value) in fields {
+                let candidates = structs.iter().filter(|names| names.contains_key(name));
+                let best = candidates.max_by_key(shared);
+                let field = best.unwrap_or_else(|| panic!("no struct has `{path}.{name}`"));
+                let Field { kind, doc } = &field[name];
+                let kind = match (kind.as_str(), value) {
+                    ("", Value::String(_)) => "string",
+                    ("", Value::Object(_)) => "object",
+                    ("", _) => "list",
+                    (" or null", Value::String(_)) => "string or null",
+                    (" or null", Value::Array(_)) => "list or null",
+                    (" or null", _) => "object or null",
+                    (kind, _) => kind,
+                };
+                let dot = if path.is_empty() { "" } else { "." };
+                let path = format!("{path}{dot}{name}");
+                rows.entry(path.clone())
+                    .or_insert([kind.to_owned(), doc.clone()]);
+                self::rows(structs, value, &path, rows);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The result of an example.
+fn result(folder: &Path, words: &str) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
+    command.current_dir(folder).args(words.split(' '));
+    if !words.contains("--json") {
+        command.args(["--json", "a.json"]);
+    }
+    command.assert().success();
+    serde_json::from_slice(&fs::read(folder.join("a.json")).unwrap()).unwrap()
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+const HEAD: &str = "# JSON
+
+With `--json FILE` a command writes its result for programs: the struct that the computation returns, in SI units, with
+the version of the program, the scene and the files written beside it. The unit of a number is at the end of its
+field's name; a field without one is a count, a share (0 to 1) or in the unit that its meaning names. A number that is
+not finite is `null`. Fields may be added in later versions; none changes its meaning. Fields that a scene has no use for
+are `null` or absent.
+
+Made from real results and from the documentation of the source; a test compares both. `merge` writes what `sweep` does.
+`growth`, `calibrate` and `paper` are left out: their results take minutes; `squeakscope paper --json` has, for each claim, its
+place, words, published and own value and verdict.
+";
+
+#[test]
+fn the_guide_has_every_field_of_every_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let structs = structs();
+    let mut page = HEAD.to_owned();
+    let mut undescribed = BTreeSet::new();
+    for (command, example) in EXAMPLES {
+        let mut found = BTreeMap::new();
+        rows(&structs, &result(folder.path(), example), "", &mut found);
+        assert!(found.len() > 3, "{command}");
+        page +=
+            &format!("\n## `squeakscope {command}`\n\n| field | type | meaning |\n|---|---|---|\n");
+        for (path, [kind, doc]) in found {
+            if doc.is_empty() {
+                undescribed.insert(path.clone());
+            }
+            page += &format!("| `{path}` | {kind} | {doc} |\n");
+        }
+    }
+    assert!(undescribed.is_empty(), "without a meaning: {undescribed:?}");
+    let file = root().join("src/guide/json.md");
+    if std::env::var_os("UPDATE_GUIDE").is_some() {
+        fs::write(&file, &page).unwrap();
+    }
+    let there = fs::read_to_string(&file).unwrap_or_default();
+    let differs = page
+        .lines()
+        .zip(there.lines())
+        .find(|(new, old)| new != old);
+    assert!(
+        differs.is_none() && page.len() == there.len(),
+        "the page is old (UPDATE_GUIDE=1 writes it anew): {differs:?}"
+    );
+}
