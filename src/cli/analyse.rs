@@ -33,6 +33,7 @@ use crate::study::signal::{
 /// The report with the file that it is on.
 #[derive(Serialize)]
 struct Analysed<'a> {
+    /// The file.
     file: &'a Path,
     #[serde(flatten)]
     report: &'a SignalReport,

@@ -13,8 +13,11 @@ const LIMIT: f64 = 0.05;
 /// Whether energy and work agree.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Audit {
+    /// Energy that is not accounted for, over the energy turned over.
     residual: f64,
+    /// The largest residual of a result that can be trusted.
     limit: f64,
+    /// Whether the residual is within the limit.
     holds: bool,
 }
 

@@ -16,12 +16,14 @@ use crate::{VERSION, escape};
 /// A result as it is written: beside it the version of the program, the scene and the files.
 #[derive(Debug, Serialize)]
 pub(super) struct Document<'a, R> {
+    /// Version of the program.
     version: &'static str,
     /// Name of the scene; none of what is no scene's.
     #[serde(skip_serializing_if = "Option::is_none")]
     scene: Option<&'a str>,
     #[serde(flatten)]
     result: &'a R,
+    /// Files written.
     files: &'a [WrittenFile],
 }
 

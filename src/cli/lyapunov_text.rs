@@ -18,8 +18,11 @@ use crate::table::Table;
 /// What was found, and what it comes to.
 #[derive(Debug, Serialize)]
 pub(super) struct Found<'a> {
+    /// What was asked for: `time`, `half_width` or `verdict`.
     goal: &'static str,
+    /// Whether that was reached.
     goal_reached: bool,
+    /// Whether it was ended before its time.
     interrupted: bool,
     #[serde(flatten)]
     pub reading: Reading,

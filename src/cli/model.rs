@@ -18,7 +18,9 @@ use crate::scene::Scene;
 /// How large a model is: its contact nodes, and its modes.
 #[derive(Serialize)]
 struct Size {
+    /// Number of contact nodes.
     nodes: usize,
+    /// Number of modes.
     modes: usize,
 }
 

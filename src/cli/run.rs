@@ -36,14 +36,17 @@ const DEFAULT_RECORDING: &str = "squeak.rrd";
 struct Found<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
+    /// Lyapunov exponents, where the scene asks for them and the run has settled.
     exponents: Option<RunExponents<'a>>,
     /// The most memory that the program has held, bytes; `null` where the system does not tell.
     peak_memory_bytes: Option<u64>,
+    /// The integrator, as scenes name it.
     method: &'static str,
-    /// `null` where the step is fixed.
+    /// Error allowed in a step, relative to the size of the state; `null` where the step is fixed.
     tolerance: Option<f64>,
+    /// The energy audit; `null` where nothing was audited.
     audit: Option<Audit>,
-    /// What is heard in the sound file, in a few words.
+    /// What is heard in the sound file, in a few words; `null` without one.
     heard: Option<String>,
 }
 

@@ -20,13 +20,18 @@ struct Scenes<'a> {
     scenes: Vec<Entry<'a>>,
 }
 
-/// What JSON says of a scene; `toml` is the text of its file.
+/// What JSON says of a scene.
 #[derive(Serialize)]
 struct Entry<'a> {
+    /// Name, as in `squeakscope run NAME`.
     name: &'a str,
+    /// One line that says what it shows.
     title: &'a str,
+    /// What to look for (Markdown).
     about: &'a str,
+    /// Simulated time, s.
     duration_s: f64,
+    /// The text of the scene file.
     toml: &'a str,
 }
 

@@ -27,6 +27,7 @@ struct Found {
 struct FoundAt {
     #[serde(flatten)]
     at: StabilityAt,
+    /// The oscillating modes with the causes of their growth, with `--causes`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     explained: Vec<ExplainedMode>,
 }

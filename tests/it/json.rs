@@ -31,7 +31,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "basins",
-        "basins periodic-2deg --tilt 2 --kicks 2 --least 20 --most 30 --measure 10 --exponents 0 --out a.arrow",
+        "basins periodic-2deg --tilt 2 --kicks 2 --least 20 --most 30 --measure 10 --exponents 0 --out b.arrow",
     ),
     (
         "cost",
@@ -71,6 +71,7 @@ fn items(items: &[syn::Item], found: &mut Vec<BTreeMap<String, Field>>) {
                     found.push(fields.named.iter().filter_map(field).collect());
                 }
             }
+            syn::Item::Enum(item) if derives_serialize(&item.attrs) => found.push(of_enum(item)),
             syn::Item::Fn(item) => {
                 let inside = item
                     .block
@@ -85,6 +86,27 @@ fn items(items: &[syn::Item], found: &mut Vec<BTreeMap<String, Field>>) {
             _ => {}
         }
     }
+}
+
+/// The tag of an enum, its content, and the fields of its variants.
+fn of_enum(item: &syn::ItemEnum) -> BTreeMap<String, Field> {
+    let mut names = BTreeMap::new();
+    for attribute in item.attrs.iter().filter(|a| a.path().is_ident("serde")) {
+        let _ = attribute.parse_nested_meta(|meta| {
+            let value = meta.value()?.parse::<syn::LitStr>()?.value();
+            let kind = match meta.path.get_ident().map(ToString::to_string).as_deref() {
+                Some("tag") => "string",
+                Some("content") => "number",
+                _ => return Ok(()),
+            };
+            let (kind, doc) = (kind.to_owned(), doc(&item.attrs));
+            names.insert(value, Field { kind, doc });
+            Ok(())
+        });
+    }
+    let fields = item.variants.iter().flat_map(|variant| &variant.fields);
+    names.extend(fields.filter_map(field));
+    names
 }
 
 fn derives_serialize(attributes: &[Attribute]) -> bool {
@@ -126,8 +148,10 @@ fn doc(attributes: &[Attribute]) -> String {
     });
     let first: Vec<String> = lines.take_while(|line| !line.is_empty()).collect();
     let text = first.join(" ").replace('|', "\\|");
-    // Links lead nowhere on this page.
-    text.replace("[`", "`").replace("`]", "`")
+    // Links lead nowhere on this page, and what Rust calls `None` is `null`.
+    text.replace("[`", "`")
+        .replace("`]", "`")
+        .replace("`None`", "`null`")
 }
 
 /// What JSON makes of a type.

@@ -29,7 +29,9 @@ pub enum Knob {
 /// A knob as JSON has it.
 #[derive(Serialize)]
 struct KnobRecord {
+    /// The knob, as on the command line.
     knob: &'static str,
+    /// What the error of its points is.
     error_is: &'static str,
 }
 
@@ -114,7 +116,9 @@ fn error_or_reason<S: Serializer>(
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Record<'a> {
+        /// Its error; `null` where it failed.
         error: Option<f64>,
+        /// Why it failed; `null` where it did not.
         failed: Option<&'a String>,
     }
     let (error, failed) = (error.as_ref().ok().copied(), error.as_ref().err());

@@ -30,7 +30,9 @@ fn cost_or_reason<S: Serializer>(
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Record {
+        /// CPU time that it takes, or would take, of a simulated second, s; `null` where that cannot be told.
         cpu_s_per_s: Option<Measured>,
+        /// Why no cost can be told; `null` where one is.
         untold: Option<String>,
     }
     let record = Record {

@@ -58,7 +58,9 @@ impl<C: Columns> Columns for Maybe<C> {
 
 #[derive(Serialize, Deserialize)]
 struct Section {
+    /// Passages through the section `y(t + tau) = 0`, rising: `y(t)`, m.
     section_y_m: Vec<f64>,
+    /// The same passages: `y(t + 2 tau)`, m.
     section_y_2tau_m: Vec<f64>,
 }
 
@@ -80,8 +82,11 @@ impl Columns for Section {
 
 #[derive(Serialize, Deserialize)]
 struct Lines {
+    /// Frequencies of the spectral lines, the strongest first, Hz.
     line_hz: Vec<f64>,
+    /// Their amplitudes, m.
     line_amplitude_m: Vec<f64>,
+    /// Their names, such as `f1`; empty where none fits.
     line_name: Vec<String>,
 }
 
@@ -111,12 +116,19 @@ impl Columns for Lines {
 
 #[derive(Serialize, Deserialize)]
 struct Exponents {
+    /// The largest Lyapunov exponents, 1/s.
     exponent_per_s: Vec<f64>,
+    /// Half widths of their 95 % intervals, 1/s.
     exponent_half_width_per_s: Vec<f64>,
+    /// An exponent nearer to zero than this cannot be told from zero, 1/s.
     exponent_resolution_per_s: f64,
+    /// Time over which growth was averaged, s.
     exponent_time_s: f64,
+    /// How many exponents there are in all.
     dimension: usize,
+    /// Kaplan-Yorke dimension; `null` where too few exponents are known.
     kaplan_yorke: Option<f64>,
+    /// Half the width of its 95 % interval.
     kaplan_yorke_half_width: Option<f64>,
 }
 
@@ -157,17 +169,29 @@ impl Columns for Exponents {
 /// Recurrence measures in states, by names without a unit.
 #[derive(Serialize, Deserialize)]
 struct Recurrence {
+    /// Recurrence rate RR, 0 to 1.
     recurrence_rate: f64,
+    /// Determinism DET, 0 to 1.
     determinism: Option<f64>,
+    /// Mean diagonal line L, states.
     mean_diagonal: Option<f64>,
+    /// Longest diagonal line Lmax, states.
     longest_diagonal: u64,
+    /// DIV = 1 / Lmax, 1/states.
     divergence: Option<f64>,
+    /// Entropy ENTR of the diagonal lengths, nats.
     entropy: Option<f64>,
+    /// TREND, per thousand states.
     trend: Option<f64>,
+    /// Laminarity LAM, 0 to 1.
     laminarity: Option<f64>,
+    /// Trapping time TT, states.
     trapping_time: Option<f64>,
+    /// Longest vertical line Vmax, states.
     longest_vertical: u64,
+    /// Mean recurrence time of the first type, states.
     recurrence_time_1: Option<f64>,
+    /// Mean recurrence time of the second type, states.
     recurrence_time_2: Option<f64>,
 }
 
@@ -211,10 +235,15 @@ impl Columns for Recurrence {
 
 #[derive(Serialize, Deserialize)]
 struct Linear {
+    /// Tilt of the load, rad.
     tilt_rad: f64,
+    /// Frequencies of the linear modes at steady sliding, Hz.
     mode_hz: Vec<f64>,
+    /// Their growth rates, 1/s.
     mode_growth_per_s: Vec<f64>,
+    /// Which modes they are.
     mode_label: Vec<String>,
+    /// Whether each grows.
     mode_unstable: Vec<bool>,
 }
 
