@@ -85,7 +85,6 @@ pub(crate) fn terminal(text: &str) -> String {
 }
 
 /// A name as Markdown: on one line, and without any meaning there.
-#[cfg(feature = "record")]
 pub(crate) fn markdown(name: &str) -> String {
     let mut shown = String::with_capacity(name.len());
     for c in line(name).chars() {

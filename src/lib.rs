@@ -197,8 +197,11 @@ pub mod text;
 
 #[cfg(feature = "cli")]
 mod cli;
-#[cfg(any(feature = "figure", feature = "record"))]
-pub(crate) mod escape;
+#[cfg_attr(
+    not(feature = "record"),
+    allow(dead_code, reason = "some forms are those of recordings and figures")
+)]
+mod escape;
 // Public for the integration tests alone, which drive sessions from outside.
 #[cfg(feature = "live")]
 #[doc(hidden)]

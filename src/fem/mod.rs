@@ -61,6 +61,8 @@ mod section;
 mod spec;
 mod surface;
 #[cfg(test)]
+mod surface_tests;
+#[cfg(test)]
 mod tests;
 
 pub use body::{BodyMode, BodyModes, FamilyMode, SurfaceMesh};

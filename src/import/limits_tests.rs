@@ -4,8 +4,9 @@ use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 
+use super::array_tests::npy;
 use super::table::MOST_COLUMNS;
-use super::tests::{npy, wav};
+use super::tests::wav;
 use super::*;
 use crate::numpy::{Array, encode_npz};
 

@@ -102,6 +102,8 @@ fn decode(
 }
 
 #[cfg(test)]
+mod array_tests;
+#[cfg(test)]
 mod limits_tests;
 #[cfg(test)]
 mod tests;

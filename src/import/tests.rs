@@ -1,39 +1,42 @@
 use std::f64::consts::TAU;
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 
-use npyz::WriterBuilder;
 use proptest::prelude::*;
 
+use super::array_tests::npy;
 use super::*;
-use crate::export::write_npz;
 use crate::numpy::Array;
 
 /// A folder to put files in.
-struct Desk(tempfile::TempDir);
+pub(super) struct Desk(pub(super) tempfile::TempDir);
 
 impl Desk {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    fn put(&self, name: &str, content: impl AsRef<[u8]>) -> std::path::PathBuf {
+    pub(super) fn put(&self, name: &str, content: impl AsRef<[u8]>) -> std::path::PathBuf {
         let path = self.0.path().join(name);
         std::fs::write(&path, content).unwrap();
         path
     }
 
     /// What a text reads as.
-    fn text(&self, content: &str, words: &[(&str, &str)]) -> Result<Signal, ImportError> {
+    pub(super) fn text(
+        &self,
+        content: &str,
+        words: &[(&str, &str)],
+    ) -> Result<Signal, ImportError> {
         read_signal(&self.put("table.csv", content), &selection(words))
     }
 
     /// The message with which a text is refused.
-    fn refused(&self, content: &str, words: &[(&str, &str)]) -> String {
+    pub(super) fn refused(&self, content: &str, words: &[(&str, &str)]) -> String {
         self.text(content, words).unwrap_err().to_string()
     }
 }
 
-fn selection(words: &[(&str, &str)]) -> Selection {
+pub(super) fn selection(words: &[(&str, &str)]) -> Selection {
     let word = |key: &str| words.iter().find(|w| w.0 == key).map(|w| w.1.to_owned());
     let number = |key: &str| word(key).map(|w| w.parse().unwrap());
     Selection {
@@ -45,7 +48,7 @@ fn selection(words: &[(&str, &str)]) -> Selection {
     }
 }
 
-fn wave(k: usize) -> f64 {
+pub(super) fn wave(k: usize) -> f64 {
     0.19 * (TAU * 0.013 * k as f64).sin()
 }
 
@@ -393,152 +396,6 @@ fn a_device_is_not_read() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("/dev/zero: this is a device"), "{error}");
-}
-
-pub(super) fn npy<T: npyz::AutoSerialize + Copy>(
-    shape: &[u64],
-    order: npyz::Order,
-    values: &[T],
-) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(shape)
-        .order(order)
-        .writer(&mut bytes)
-        .begin_nd()
-        .unwrap();
-    writer.extend(values.iter().copied()).unwrap();
-    writer.finish().unwrap();
-    bytes
-}
-
-#[test]
-fn arrays_of_every_type_are_read() {
-    use npyz::Order::{C, Fortran};
-    let desk = Desk::new();
-    let read = |bytes: Vec<u8>, words: &[(&str, &str)]| {
-        let words = [&[("rate", "10")][..], words].concat();
-        read_signal(&desk.put("array.npy", bytes), &selection(&words)).unwrap()
-    };
-    let expected = vec![1.0, 2.0, 100.0];
-    let files = [
-        npy(&[3], C, &[1_i8, 2, 100]),
-        npy(&[3], C, &[1_i16, 2, 100]),
-        npy(&[3], C, &[1_i32, 2, 100]),
-        npy(&[3], C, &[1_i64, 2, 100]),
-        npy(&[3], C, &[1_u8, 2, 100]),
-        npy(&[3], C, &[1_u16, 2, 100]),
-        npy(&[3], C, &[1_u32, 2, 100]),
-        npy(&[3], C, &[1_u64, 2, 100]),
-        npy(&[3], C, &[1_f32, 2.0, 100.0]),
-        npy(&[3], C, &[1_f64, 2.0, 100.0]),
-        npy(&[3], C, &[1.0, 2.0, 100.0].map(half::f16::from_f64)),
-    ];
-    for bytes in files {
-        assert_eq!(read(bytes, &[]).samples, expected);
-    }
-    // Big endian: the header says so, and the bytes follow.
-    let mut bytes = npy(
-        &[3],
-        C,
-        &[1_f64, 2.0, 100.0].map(|x| x.to_bits().swap_bytes()),
-    );
-    let at = bytes.windows(3).position(|w| w == b"<u8").unwrap();
-    bytes[at..at + 3].copy_from_slice(b">f8");
-    assert_eq!(read(bytes, &[]).samples, expected);
-    // Two axes: the longer is the time, in either order in the file.
-    let values = [1.0, -1.0, 2.0, -2.0, 100.0, -100.0];
-    for (shape, order, values) in [
-        ([3, 2], C, values),
-        ([2, 3], Fortran, values),
-        ([2, 3], C, [1.0, 2.0, 100.0, -1.0, -2.0, -100.0]),
-        ([3, 2], Fortran, [1.0, 2.0, 100.0, -1.0, -2.0, -100.0]),
-    ] {
-        let bytes = npy(&shape, order, &values);
-        assert_eq!(read(bytes.clone(), &[("column", "0")]).samples, expected);
-        assert_eq!(
-            read(bytes, &[("column", "1")]).samples,
-            [-1.0, -2.0, -100.0]
-        );
-    }
-}
-
-#[test]
-fn arrays_that_are_no_signal_are_refused() {
-    let desk = Desk::new();
-    let refused = |bytes: &[u8]| {
-        let words = selection(&[("rate", "10")]);
-        let error = read_signal(&desk.put("array.npy", bytes), &words);
-        error.unwrap_err().to_string()
-    };
-    let whole = npy(&[30], npyz::Order::C, &[1.5; 30]);
-    assert!(refused(&whole[..whole.len() - 3]).contains("cut short: array `array` has 237 bytes"));
-    assert!(refused(&whole[..50]).contains("damaged"));
-    let retyped = |to: &str| {
-        let text = String::from_utf8_lossy(&whole[10..128]).replace("<f8", to);
-        let mut bytes = whole[..10].to_vec();
-        bytes.extend(text.as_bytes().iter().chain(&[b' '; 8]).take(118));
-        bytes.extend(&whole[128..]);
-        refused(&bytes)
-    };
-    for kind in ["<c8", "|b1", "|S8", "<M8[ns]"] {
-        let message = retyped(kind);
-        assert!(message.contains("save real numbers"), "{kind}: {message}");
-    }
-    assert!(refused(&npy(&[2, 3, 5], npyz::Order::C, &[1.0; 30])).contains("array of 3 axes"));
-    assert!(refused(&npy(&[], npyz::Order::C, &[1.0])).contains("no sample"));
-    assert!(refused(&npy::<f64>(&[0], npyz::Order::C, &[])).contains("no sample"));
-}
-
-#[test]
-fn archives_have_names_and_a_clock() {
-    let desk = Desk::new();
-    let path = desk.0.path().join("run.npz");
-    let t = (0..50).map(|k| 2.0 + f64::from(k) / 200_000.0).collect();
-    let u: Vec<f64> = (0..50).map(wave).collect();
-    let q = u.iter().flat_map(|x| [*x, 2.0 * x]).collect();
-    let arrays = [
-        ("t", Array::vector(t)),
-        ("q", Array::matrix(50, q)),
-        ("u", Array::vector(u.clone())),
-        ("short", Array::vector(vec![1.0, 2.0])),
-    ];
-    write_npz(&path, &arrays).unwrap();
-    let asked = |words: &[(&str, &str)]| read_signal(&path, &selection(words));
-    let signal = asked(&[("column", "u")]).unwrap();
-    assert_eq!(
-        (signal.samples, signal.rate, signal.start),
-        (u.clone(), 200_000.0, 2.0)
-    );
-    assert_eq!(
-        asked(&[("column", "q[1]")]).unwrap().samples[7],
-        2.0 * wave(7)
-    );
-    let message = asked(&[]).unwrap_err().to_string();
-    assert!(message.ends_with("q[0], q[1], u, short"), "{message}");
-    let message = asked(&[("column", "short")]).unwrap_err().to_string();
-    assert!(
-        message.contains("50 times for 2 samples of `short`"),
-        "{message}"
-    );
-    let arrays = [
-        ("fs", Array::number(48_000.0)),
-        ("x", Array::vector(u.clone())),
-    ];
-    write_npz(&path, &arrays).unwrap();
-    assert_eq!(asked(&[]).unwrap().rate, 48_000.0);
-    let whole = std::fs::read(&path).unwrap();
-    desk.put("run.npz", &whole[..whole.len() / 2]);
-    assert!(asked(&[]).unwrap_err().to_string().contains("damaged"));
-    // As numpy.savez_compressed writes it.
-    let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
-    let deflated = zip::write::SimpleFileOptions::default()
-        .compression_method(zip::CompressionMethod::Deflated);
-    zip.start_file("x.npy", deflated).unwrap();
-    zip.write_all(&npy(&[50], npyz::Order::C, &u)).unwrap();
-    zip.finish().unwrap();
-    assert_eq!(asked(&[("rate", "10")]).unwrap().samples, u);
 }
 
 #[test]

@@ -26,6 +26,7 @@ use crate::pipeline::{
 use crate::scene::Scene;
 
 pub mod demo;
+mod files;
 mod shown;
 
 /// What an entity holds.
@@ -384,114 +385,6 @@ fn a_recording_says_what_made_it() {
 fn stated_rerun_version_is_the_one_linked() {
     let linked = rerun::build_info().version.to_string();
     assert_eq!(linked, super::RERUN_VERSION);
-}
-
-/// A sink that has taken a short run, to be saved where an older recording stands.
-fn over_an_old_recording(path: &Path) -> RerunSink {
-    std::fs::write(path, "the old recording").unwrap();
-    let mut sink = RerunSink::new(&to_file(path), demo::spec()).unwrap();
-    for record in demo::records(0.005) {
-        sink.accept(record).unwrap();
-    }
-    sink
-}
-
-#[test]
-fn the_file_takes_its_name_only_when_whole() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.rrd");
-    let mut sink = over_an_old_recording(&path);
-    assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
-    sink.finish().unwrap();
-    assert!(read(&path, paths::TIMELINE).0.contains_key(paths::VELOCITY));
-    assert!(!folder.path().join("run.rrd.part").exists());
-}
-
-#[test]
-fn a_failed_run_leaves_the_old_file_untouched() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.rrd");
-    let sink = over_an_old_recording(&path);
-    // The run fails: the pipeline drops the sink without finishing it.
-    drop(sink);
-    assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
-    let part = folder.path().join("run.rrd.part");
-    assert_eq!(
-        read(&part, paths::TIMELINE).0[paths::VELOCITY].rows,
-        demo::samples(0.005)
-    );
-}
-
-#[test]
-fn places_that_cannot_be_written_are_refused_at_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let missing = folder.path().join("no such folder").join("run.rrd");
-    for path in [missing, folder.path().to_owned(), PathBuf::from("/")] {
-        let error = RerunSink::new(&to_file(&path), demo::spec()).unwrap_err();
-        assert!(matches!(error, RecordError::Create { .. }), "{error:?}");
-        assert!(error.to_string().contains(&path.display().to_string()));
-    }
-    let error = RerunSink::new(&Output::default(), demo::spec()).unwrap_err();
-    assert!(matches!(error, RecordError::NoOutput));
-}
-
-#[test]
-fn a_missing_viewer_is_an_error_before_anything_is_written() {
-    // A port that was free a moment ago.
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
-    drop(listener);
-    let folder = tempfile::tempdir().unwrap();
-    let url = |address: String| Output {
-        connect: Some(address),
-        ..to_file(folder.path().join("run.rrd"))
-    };
-    let nobody = url(format!("rerun+http://127.0.0.1:{port}/proxy"));
-    let error = RerunSink::new(&nobody, demo::spec()).unwrap_err();
-    assert!(matches!(error, RecordError::Viewer { .. }), "{error:?}");
-    let error = RerunSink::new(&url("not an address".to_owned()), demo::spec()).unwrap_err();
-    assert!(matches!(error, RecordError::Address { .. }), "{error:?}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-}
-
-#[test]
-fn a_viewer_that_goes_away_does_not_cost_the_file() {
-    // Something that takes the connection and hangs up: not even a viewer.
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
-    let hang_up = std::thread::spawn(move || drop(listener.accept()));
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.rrd");
-    let output = Output {
-        connect: Some(format!("rerun+http://{address}/proxy")),
-        ..to_file(&path)
-    };
-    let mut sink = RerunSink::new(&output, demo::spec()).unwrap();
-    hang_up.join().unwrap();
-    for record in demo::records(0.005) {
-        sink.accept(record).unwrap();
-    }
-    sink.finish().unwrap();
-    assert!(sink.viewer_lost());
-    assert_eq!(
-        read(&path, paths::TIMELINE).0[paths::VELOCITY].rows,
-        demo::samples(0.005)
-    );
-}
-
-#[test]
-fn records_need_a_header_first() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut sink = RerunSink::new(&to_file(folder.path().join("run.rrd")), demo::spec()).unwrap();
-    let error = sink.accept(Record::Health(Health::default())).unwrap_err();
-    assert!(error.to_string().contains("header"), "{error}");
-}
-
-#[test]
-fn saving_needs_everything() {
-    let folder = tempfile::tempdir().unwrap();
-    let sink = RerunSink::new(&to_file(folder.path().join("run.rrd")), demo::spec()).unwrap();
-    assert_eq!(sink.delivery(), Delivery::Everything);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 const GUIDE: &str = include_str!("../../../src/guide/hard_cases.md");
 
 const SOURCES: [&str; 7] = [
-    include_str!("../campaign.rs"),
+    include_str!("../campaign/mod.rs"),
     include_str!("contact.rs"),
     include_str!("faults.rs"),
     include_str!("friction.rs"),
