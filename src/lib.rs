@@ -140,7 +140,7 @@
 //! let mut points = Points::default();
 //! sweep(&plan, Shard::WHOLE, &[], 1, &mut points)?;
 //! for point in &points.0 {
-//!     let response = point.outcome.as_ref()?;
+//!     let response = point.outcome.clone()?;
 //!     println!("{} deg: {}, {:.2e} m", point.place.values[0], response.regime, response.amplitude);
 //! }
 //! assert_eq!(points.0.len(), 2);
