@@ -385,15 +385,21 @@ impl<L: Law, T: Task> Traction<'_, '_, L, T> {
     ///
     /// Eq. (2): `N = max(0, p_n + k_c u_r)`, with `u_r` (m) from steady sliding.
     ///
-    /// Gives the force on the nodes, N, and by how much it grows with `u_r`, where a record is kept, N/m.
+    /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
+    ///
+    /// Eq. (6): the virtual work of both, summed over the nodes with their areas `Delta A` (m^2).
+    #[allow(
+        clippy::too_many_lines,
+        reason = "divided in two, it took more instructions than `off_is_free` allows"
+    )]
     #[inline(always)]
-    fn normal_force<S: Simd, const K: usize>(
+    fn resistance<S: Simd, const K: usize>(
         &mut self,
         simd: S,
         group: &Group<'_, K>,
-        motion: &Motion<S, K>,
+        motion: Motion<S, K>,
         power: &mut Vector<S>,
-    ) -> [Vector<S, K>; 2] {
+    ) -> Resistance<S, K> {
         let zero = Vector::splat(simd, 0.0);
         let stiffness = group.load(simd, |block| &block.stiffness);
         let gap = stiffness.mul_add(motion.u_r, group.load(simd, |block| &block.pre_stress));
@@ -427,22 +433,6 @@ impl<L: Law, T: Task> Traction<'_, '_, L, T> {
         if !T::EXTRAS && T::record(self.query).is_some() {
             pressing = contact.pressing(group.first, gap, stiffness * area);
         }
-        [normal, pressing]
-    }
-
-    /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
-    ///
-    /// Eq. (6): the virtual work of both forces, summed over the nodes with their areas `Delta A` (m^2).
-    #[inline(always)]
-    fn resistance<S: Simd, const K: usize>(
-        &mut self,
-        simd: S,
-        group: &Group<'_, K>,
-        motion: Motion<S, K>,
-        power: &mut Vector<S>,
-    ) -> Resistance<S, K> {
-        let [normal, pressing] = self.normal_force(simd, group, &motion, power);
-        let zero = Vector::splat(simd, 0.0);
         if !L::SLIDES {
             if let Some(record) = T::record(self.query) {
                 match T::EXTRAS {
