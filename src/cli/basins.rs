@@ -1,7 +1,6 @@
 //! `squeakscope basins`: which attractors coexist, and how many kicks lead to each?
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::document::Document;
@@ -12,7 +11,7 @@ use super::lyapunov_text::title;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, check_times, response_plan, work_through, write_recording, write_tables,
+    Files, check_times, response_plan, show, work_through, write_recording, write_tables,
 };
 use crate::escape;
 use crate::number::fixed;
@@ -51,10 +50,7 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     }
     written.extend(write_recording(&plan, &points, &files, None)?);
     let document = Document::new(&found, &written).of_scene(&plan.scene.name);
-    match args.outputs.json.as_deref() == Some(Path::new("-")) {
-        true => document.print()?,
-        false => document.deliver(&text(&title, &found), files.json.as_ref())?,
-    }
+    show(&document, &text(&title, &found), &args.outputs, &files)?;
     if done {
         Ok(())
     } else {

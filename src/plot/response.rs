@@ -231,8 +231,9 @@ impl SectionPlane {
     }
 }
 
-/// Shades of distance in a recurrence plot.
-const SHADES: u8 = 16;
+/// Shades of distance in a recurrence plot: classes from 0, the nearest first. What recurs is the class after them. Few,
+/// because noise in the last bits only swells a recording.
+pub const SHADES: u8 = 16;
 
 /// The recurrence plot of the newest 5 ms: dark on paper and bright in the viewer where the motion
 /// returns; `shaded` shows the distances elsewhere, too.
@@ -253,7 +254,7 @@ pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
 }
 
 /// The class of each pixel, the upper row first: there the latest.
-fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
+pub fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
     let pairs = found.distance.iter().zip(&found.recurrent);
     let class = |(distance, recurrent): (&u8, &u8)| match (*recurrent > 0, shaded) {
         (true, _) => SHADES,

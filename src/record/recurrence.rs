@@ -19,15 +19,10 @@ use super::{
 };
 use crate::analysis::RecurrenceImage;
 use crate::plot::Axis;
+use crate::plot::response::{SHADES, classes};
 
 /// Side of the field, pixels of the picture's plane.
 const SIDE: f32 = 400.0;
-/// Shades of distance; few, because noise in the last bits only swells the file.
-const SHADES: u8 = 16;
-/// Distances that share a shade.
-const SHADE_WIDTH: u8 = (256 / SHADES as u16) as u8;
-/// The class of a recurrent pair; classes below it are shades, the nearest first.
-const RECURRENT: u8 = SHADES;
 /// Brightest shade of a pair that is not recurrent, as a share of the colour map.
 const BRIGHTEST: f32 = 0.5;
 
@@ -50,7 +45,7 @@ impl Recurrence {
             let name = format!("distance up to {percent} % of the largest");
             class(shade, &name, map.at(BRIGHTEST * near))
         });
-        let recurrent = class(RECURRENT, "recurrent", map.at(1.0));
+        let recurrent = class(SHADES, "recurrent", map.at(1.0));
         let classes = AnnotationContext::new(shades.chain([recurrent]).collect::<Vec<_>>());
         rec.log_static(root.at(paths::RECURRENCE_IMAGE), &classes)?;
         Ok(Self {
@@ -98,7 +93,7 @@ impl Recurrence {
             stream::log_at(rec, &*image_path, at, &scale)?;
         }
         let format = ImageFormat::segmentation([picture.size as u32; 2], ChannelDatatype::U8);
-        let image = SegmentationImage::new(classes(picture), format)
+        let image = SegmentationImage::new(classes(picture, true), format)
             .with_opacity(1.0)
             .with_draw_order(-2.0);
         stream::log_at(rec, image_path, at, &image)?;
@@ -122,42 +117,8 @@ impl Recurrence {
     }
 }
 
-/// The class of each pixel, the newest row on top.
-fn classes(picture: &RecurrenceImage) -> Vec<u8> {
-    let rows = picture.distance.chunks_exact(picture.size).rev();
-    let marks = picture.recurrent.chunks_exact(picture.size).rev();
-    rows.zip(marks)
-        .flat_map(|(row, marks)| row.iter().zip(marks))
-        .map(|(&distance, &mark)| match mark {
-            0 => distance / SHADE_WIDTH,
-            _ => RECURRENT,
-        })
-        .collect()
-}
-
 /// A class with its name and colour.
 fn class(id: u8, name: &str, [r, g, b]: [u8; 3]) -> rerun::ClassDescription {
     let color = rerun::Rgba32::from_rgb(r, g, b);
     (u16::from(id), name, color).into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn newest_row_is_on_top() {
-        let picture = RecurrenceImage {
-            window: 1e-3,
-            size: 2,
-            distance: vec![0, 255, 255, 0],
-            recurrent: vec![0, 0, 0, 255],
-            threshold: Some(1e-7),
-            rate: 0.25,
-            lag: 1e-5,
-            dimension: 3,
-        };
-        let far = SHADES - 1;
-        assert_eq!(classes(&picture), [far, RECURRENT, 0, far]);
-    }
 }

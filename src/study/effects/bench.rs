@@ -3,10 +3,10 @@
 use cpu_time::{ProcessTime, ThreadTime};
 use serde::Serialize;
 
+use crate::study::Watch;
+
 /// Why something failed.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
-
-use crate::study::Watch;
 
 /// Rounds in which each variant has its turn. One more comes first, which finds the caches cold and is not
 /// counted.
